@@ -39,6 +39,8 @@ pub enum Need {
     RefusesAxes,
     /// Some errors or warnings are reported as diagnoses.
     Diagnosis,
+    /// Faults are reported by alarms: the generic PROFINET IO device, and encoders with diagnoses.
+    Alarms,
     /// The devices have warnings.
     Warning,
     /// Only devices of this manual.
@@ -82,6 +84,9 @@ impl Need {
                 facts.errors.iter().any(|error| error.error_type.is_some())
                     || facts.warnings.iter().any(|warning| warning.error_type.is_some())
             }),
+            Need::Alarms => {
+                Need::Profinet.is_met_by(manual) && (manual.facts.is_none() || Need::Diagnosis.is_met_by(manual))
+            }
             Need::Warning => manual.facts.is_some_and(|facts| !facts.warnings.is_empty()),
             Need::Of(one) => manual.name == one.name,
             Need::OfEither(one, other) => manual.name == one.name || manual.name == other.name,

@@ -20,7 +20,10 @@ pub mod variations;
 pub use deviation_hooks::{Deviation, DeviationKind};
 pub use manuals::{build, sentence, subject, subjects};
 pub use reference_devices::{DeviceManual, Line, ManualBus, ReferenceDevice};
+pub use seams::idents::IdentMask;
+pub use seams::start_layout::{Place, StartLayout};
 pub use subject::{BuildError, Setup, Subject, persona_bugs};
+pub use variations::DescriptionChange;
 
 use bugs::tables;
 use deviation_hooks::{needs, seams};

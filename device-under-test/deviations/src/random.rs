@@ -1,6 +1,6 @@
 //! Random combinations of what a manual permits, the same for a seed on every machine.
 
-use crate::{Deviation, Subject};
+use crate::{Deviation, Subject, variations};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -8,23 +8,37 @@ use alloc::vec::Vec;
 const RANDOM: &str = "random:";
 /// One in this many variations is in a random combination.
 const ONE_IN: u64 = 3;
+/// Variations of which a device has one at most: each says something else about the same thing, or one hides all that the other shows.
+const ALTERNATIVES: [&[&str]; 2] = [
+    &["firmware-of-two-digits", "firmware-of-a-prototype"],
+    // What is shown in one frame is lost with it.
+    &["preset-bit-ends-with-the-preset", "input-frames-lost-in-a-row"],
+];
 
 impl Subject {
-    /// Returns the permitted variations that `name` stands for: the one with this name, or those of a random combination,
-    /// `random:SEED` with a number as seed; `None` if it is neither.
+    /// Returns the permitted variations that `name` stands for: the one with this name, those of a random combination,
+    /// `random:SEED` with a number as seed, or other places of the start parameters, `start-parameters-elsewhere:SEED`; `None` if it is
+    /// none of them.
     pub fn variations_of(&self, name: &str) -> Option<Vec<&'static Deviation>> {
+        let name = variations::start_layout_seed(name).map_or(name, |_| variations::ELSEWHERE);
         match name.strip_prefix(RANDOM) {
             Some(seed) => Some(self.random_variations(seed.parse().ok()?)),
             None => self.permitted().find(|known| known.name == name).map(|known| vec![known]),
         }
     }
 
-    /// Returns a random combination of permitted variations, each with a probability of one in three, in the order of the tables.
+    /// Returns a random combination of permitted variations, each with a probability of one in three, in the order of the tables;
+    /// of variations that exclude each other the first.
     ///
     /// The choice depends on `seed` and on the name of each variation, so a new variation changes nothing for the others. There is at
     /// least one, if the manual permits any.
     pub fn random_variations(&self, seed: u64) -> Vec<&'static Deviation> {
-        let chosen: Vec<_> = self.permitted().filter(|known| draw(seed, known.name).is_multiple_of(ONE_IN)).collect();
+        let mut chosen: Vec<_> =
+            self.permitted().filter(|known| draw(seed, known.name).is_multiple_of(ONE_IN)).collect();
+        for names in ALTERNATIVES {
+            let kept = chosen.iter().map(|known| known.name).find(|name| names.contains(name));
+            chosen.retain(|known| Some(known.name) == kept || !names.contains(&known.name));
+        }
         if chosen.is_empty() {
             return self.permitted().min_by_key(|known| draw(seed, known.name)).into_iter().collect();
         }

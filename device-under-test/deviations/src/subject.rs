@@ -1,6 +1,6 @@
 //! A manual with the deviations that its devices can have, and devices built from both.
 
-use crate::variations;
+use crate::variations::{self, DescriptionChange};
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
 use alloc::vec;
@@ -66,10 +66,17 @@ impl Subject {
             let bug = self.bugs().chain(persona_bugs()).find(|known| known.name == *name);
             let known = bug.map(|bug| vec![bug]).or_else(|| self.variations_of(name));
             let unknown = || BuildError::UnknownBug { manual: self.manual.name, bug: name.to_string() };
-            named.extend(known.ok_or_else(unknown)?);
+            for of in known.ok_or_else(unknown)? {
+                // A random combination may have what is also named.
+                if !named.iter().any(|before: &&Deviation| before.name == of.name) {
+                    named.push(of);
+                }
+            }
         }
         named.sort_by_key(|deviation| deviation.kind == DeviationKind::Bug);
         named.iter().for_each(|deviation| (deviation.attach)(&mut deviations));
+        let varied = named.iter().map(|deviation| deviation.name);
+        deviations.start_layout = variations::start_layout(self.manual.name, names.iter().copied(), varied);
         Ok(deviations.attached())
     }
 
@@ -78,6 +85,18 @@ impl Subject {
         let varied: Vec<&Deviation> = names.filter_map(|name| self.variations_of(name)).flatten().collect();
         let noise = variations::POSITION_NOISE.iter();
         noise.filter(|(noisy, _)| varied.iter().any(|known| known.name == *noisy)).map(|(_, steps)| steps).sum()
+    }
+
+    /// Returns what the named deviations change in the description of the device.
+    pub fn description_changes<'a>(&self, names: impl Iterator<Item = &'a str>) -> Vec<DescriptionChange> {
+        let names: Vec<&str> = names.collect();
+        let varied: Vec<&Deviation> = names.iter().filter_map(|name| self.variations_of(name)).flatten().collect();
+        let changes = variations::CHANGES.iter();
+        let changes = changes.filter(|(of, _)| varied.iter().any(|known| known.name == *of));
+        let varied = varied.iter().map(|known| known.name);
+        let layout = variations::start_layout(self.manual.name, names.iter().copied(), varied);
+        let layout = layout.map(|(_, layout)| DescriptionChange::StartParameters(layout));
+        changes.map(|(_, change)| change.clone()).chain(layout).collect()
     }
 
     /// Builds a device of this variant, with power on and the cable plugged in.

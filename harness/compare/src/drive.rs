@@ -114,7 +114,7 @@ impl<'m> ScriptBench<'m> {
             let outcome = self.run(yaml, dut)?;
             let undecided =
                 (outcome.case.verdict == Verdict::Inconclusive).then(|| outcome.case.reason.clone()).flatten();
-            match outcome.disturbed.clone().or(undecided) {
+            match outcome.disturbed.as_ref().map(|of| of.why.clone()).or(undecided) {
                 Some(why) if dut.live().is_some() => last = why,
                 _ => return Ok(outcome),
             }

@@ -6,3 +6,8 @@
 
 pub mod gsd;
 pub mod gsdml;
+pub mod record_match;
+pub mod start_parameters;
+mod value_texts;
+pub mod variant;
+mod variant_reading;

@@ -169,6 +169,7 @@ fn from_environment() -> RunRequest {
         ledger: text("ENCSPEC_LEDGER").map(Into::into),
         evidence: text("ENCSPEC_EVIDENCE").map(Into::into),
         lock_wait: Duration::from_secs(60),
+        stall_repeats: encspec::engine::STALL_REPEATS,
         ..RunRequest::default()
     }
 }

@@ -15,6 +15,8 @@ use suite::scan::{each_step, each_step_of};
 const FEWEST: usize = 2;
 /// A feature is suspicious if one of so many cases that have it failed.
 const SUSPICIOUS: usize = 3;
+/// It is suspicious as well if those that have it fail so many times as often as all.
+const LIFT: usize = 4;
 /// How many features of a group are named.
 const NAMED: usize = 3;
 
@@ -39,7 +41,8 @@ pub fn causes(manual: &Manual, variant: &SuiteVariant, cases: &[CaseResult]) -> 
     let judged = judged.map(|case| judge(manual, variant, &trials, case));
     let (failed, passed): (Vec<JudgedCase<'_>>, Vec<JudgedCase<'_>>) = judged.partition(|of| of.failed);
     let features = count(&failed, &passed);
-    let mut groups: Vec<Vec<&JudgedCase<'_>>> = connected(&failed, &features);
+    let all = FeatureCount { failed: failed.len(), passed: passed.len() };
+    let mut groups: Vec<Vec<&JudgedCase<'_>>> = connected(&failed, &features, all);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
     groups.into_iter().map(|group| group_of(group, &features)).collect()
 }
@@ -52,9 +55,15 @@ struct FeatureCount {
 }
 
 impl FeatureCount {
-    /// Whether enough of those that have it failed that it may be the cause.
-    fn is_suspicious(self) -> bool {
-        self.failed >= FEWEST && self.failed * SUSPICIOUS >= self.failed + self.passed
+    /// Whether enough of those that have it failed, or clearly more than of `all`, that it may be the cause.
+    fn is_suspicious(self, all: FeatureCount) -> bool {
+        let is_often = self.failed * SUSPICIOUS >= self.total();
+        let is_more = self.failed * all.total() >= LIFT * all.failed * self.total();
+        self.failed >= FEWEST && (is_often || is_more)
+    }
+
+    fn total(self) -> usize {
+        self.failed + self.passed
     }
 }
 
@@ -75,10 +84,11 @@ fn count<'a>(failed: &'a [JudgedCase<'_>], passed: &'a [JudgedCase<'_>]) -> Hash
 fn connected<'a, 'c>(
     failed: &'a [JudgedCase<'c>],
     features: &HashMap<&str, FeatureCount>,
+    all: FeatureCount,
 ) -> Vec<Vec<&'a JudgedCase<'c>>> {
     let mut groups: Vec<(BTreeSet<&str>, Vec<&JudgedCase<'_>>)> = Vec::new();
     for of in failed {
-        let is_suspicious = |name: &&str| features.get(name).is_some_and(|count| count.is_suspicious());
+        let is_suspicious = |name: &&str| features.get(name).is_some_and(|count| count.is_suspicious(all));
         let own: BTreeSet<&str> = of.features.iter().map(String::as_str).filter(is_suspicious).collect();
         let (same, others): (Vec<_>, Vec<_>) = groups.into_iter().partition(|(known, _)| !known.is_disjoint(&own));
         let mut group = (own, vec![of]);
@@ -97,7 +107,7 @@ fn group_of(mut group: Vec<&JudgedCase<'_>>, features: &HashMap<&str, FeatureCou
     group.iter().flat_map(|of| &of.features).for_each(|name| *counts.entry(name).or_default() += 1);
     // The harmonic mean of how many of the group have it and how many of those that have it are in the group.
     let score = |name: &str, own: usize| {
-        let all = features.get(name).map_or(own, |count| count.failed + count.passed);
+        let all = features.get(name).map_or(own, |count| count.total());
         2.0 * own as f64 / (group.len() + all) as f64
     };
     let mut named: Vec<(&str, f64)> = counts.iter().map(|(name, own)| (*name, score(name, *own))).collect();

@@ -1,7 +1,7 @@
 //! Which of the permitted variations of a reference device makes a trial fail: the reading of the manual that the suite does not know.
 
 use super::dut::{DutKind, DutSpec};
-use super::one_trial::run_admitted;
+use super::one_trial::run_described;
 use super::options::RunOptions;
 use super::outcome::TrialOutcome;
 use deviations::{Deviation, DeviationKind};
@@ -33,7 +33,7 @@ pub(super) fn likely_reading(
             DutKind::Model { .. } | DutKind::Null(_) | DutKind::Live(_) => DutKind::Model { deviations },
         };
         let dut = DutSpec { kind, ..dut.clone() };
-        run_admitted(manual, variant, &dut, trial, &options).is_ok_and(|outcome| has_failed(&outcome))
+        run_described(manual, variant, &dut, trial, &options).is_ok_and(|outcome| has_failed(&outcome))
     };
     if fails(&[]) {
         return None;

@@ -5,8 +5,9 @@
 
 use super::environment::TrialEnvironment;
 use super::segment::Segment;
+use description::variant::VariantReading;
 use results::bench_file::BenchFile;
-use results::journal::{InitialDevice, InitialParameter, JournalEntry};
+use results::journal::{InitialDevice, InitialImRecord, InitialParameter, JournalEntry, change};
 use results::outcome::DeviceFinding;
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -15,22 +16,84 @@ use suite::model::{Manual, SuiteVariant, Trial};
 /// Why a trial does not run on a bench.
 pub enum TrialExclusion {
     /// A claim, an ability or a consent is missing.
-    NotApplicable(String),
+    NotApplicable {
+        why: String,
+        /// The lines of the bench file that would change it.
+        lines: Vec<String>,
+    },
     /// The line or the stand failed.
     Inconclusive(String),
     /// The run has ended.
     NotRun(String),
 }
 
-/// The parameters, and whether a run may have changed them.
+/// What was read of a device before a run, and what the run may have changed.
 #[derive(Clone, Copy, Debug)]
-pub struct ParameterBackup<'a> {
+pub struct DeviceBackup<'a> {
     /// The parameters before the run.
     pub parameters: &'a [InitialParameter],
-    /// Whether trials wrote parameters.
-    pub wrote_parameters: bool,
-    /// Whether trials wrote the non-volatile memory.
-    pub saved: bool,
+    /// I&M1 to I&M4 before the run.
+    pub im_records: &'a [InitialImRecord],
+    /// The changes, in the words of [`change`], each perhaps with more after it.
+    pub changes: &'a [String],
+}
+
+impl DeviceBackup<'_> {
+    /// Whether one of the changes begins with one of these words.
+    fn has_any(&self, words: &[&str]) -> bool {
+        self.changes.iter().any(|made| words.iter().any(|word| made.starts_with(word)))
+    }
+
+    /// Whether parameters may differ.
+    pub fn wrote_parameters(&self) -> bool {
+        self.has_any(&[change::PARAMETERS, change::FACTORY_RESET, change::NEW_DEVICE])
+    }
+
+    /// Whether the parameters in the non-volatile memory may differ.
+    pub fn saved_parameters(&self) -> bool {
+        self.has_any(&[change::MEMORY, change::FACTORY_RESET, change::NEW_DEVICE])
+    }
+
+    /// Whether I&M1 to I&M4 may differ.
+    pub fn wrote_im_records(&self) -> bool {
+        self.has_any(&[change::IM_RECORDS, change::FACTORY_RESET, change::NEW_DEVICE])
+    }
+
+    /// Whether the IP address may differ, or one that looks the same may no longer be stored.
+    pub fn set_ip(&self) -> bool {
+        self.has_any(&[change::IP, change::TEMPORARY_IP, change::FACTORY_RESET, change::NEW_DEVICE])
+    }
+
+    /// Whether an IP address may have been stored.
+    pub fn stored_ip(&self) -> bool {
+        self.has_any(&[change::IP])
+    }
+
+    /// What no service of the bus can put back, in words.
+    pub fn lost(&self) -> Vec<String> {
+        let lost = [
+            (
+                change::POSITION_REFERENCE,
+                "the position reference, which a preset has moved: reference the machine again",
+            ),
+            (change::FACTORY_RESET, "what a factory reset erased besides name, address, I&M1 to I&M4 and parameters"),
+            (
+                change::FIRMWARE,
+                "the web server of a device that waits for another firmware: switch its power off and on",
+            ),
+            (change::NEW_DEVICE, "the data of the device in place of which the stand put a new one"),
+        ];
+        lost.iter().filter(|(word, _)| self.has_any(&[word])).map(|(_, what)| (*what).to_owned()).collect()
+    }
+}
+
+/// How far a device was put back.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RestoreOutcome {
+    /// What could not be restored, each with the reason.
+    pub left: Vec<String>,
+    /// What was assumed, and what stays different until power-off.
+    pub remarks: Vec<String>,
 }
 
 /// A device outside of this process on a prepared bench; it is used by one trial at a time.
@@ -52,6 +115,9 @@ pub trait LiveDevice: Debug + Send + Sync {
     /// The findings before the first trial.
     fn findings(&self) -> &[DeviceFinding];
 
+    /// What the device reported without a connection, and its description, about its variant.
+    fn variant_readings(&self) -> &[VariantReading];
+
     /// Remarks for the report.
     fn notes(&self) -> &[String];
 
@@ -64,8 +130,8 @@ pub trait LiveDevice: Debug + Send + Sync {
     /// Adds a line to the journal.
     fn note(&self, entry: &JournalEntry) -> Result<(), String>;
 
-    /// Whether the given parameters may have been changed.
-    fn parameter_backup<'k>(&self, parameters: &'k [InitialParameter]) -> ParameterBackup<'k>;
+    /// The lasting changes that were made so far, in the words of [`change`].
+    fn changes(&self) -> Vec<String>;
 
     /// Counts whether the device answered in a trial; one that repeatedly does not is no longer tested.
     fn count_answer(&self, answered: bool);
@@ -75,9 +141,6 @@ pub trait LiveDevice: Debug + Send + Sync {
 
     /// Ends the tests, with the reason.
     fn end_tests(&self, why: &str);
-
-    /// Whether something was changed that may have to be restored.
-    fn has_changed(&self) -> bool;
 
     /// Checks whether a trial may run here, prepares the bench for it and notes in the journal what it will change.
     fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), TrialExclusion>;

@@ -4,12 +4,13 @@
 
 use super::bus;
 use super::dut::DutSpec;
-use super::live::{LiveDevice, ParameterBackup, TrialExclusion};
+use super::live::{DeviceBackup, LiveDevice, RestoreOutcome, TrialExclusion};
 use super::outcome::{BenchError, TrialOutcome, TrialRuleResult};
 use super::requirements::level;
 use super::scan::check_covers;
 use super::trial::RunningTrial;
 use super::trial::probe::ProbedDevice;
+use description::variant::{VariantReading, candidates, refuted_claim};
 use results::journal::{InitialDevice, JournalEntry};
 use results::outcome::{CaseKind, CaseResult, Covered, DecisionCounts, DeviceFinding, FindingSeverity};
 use results::verdict::Verdict;
@@ -23,10 +24,10 @@ pub(super) fn not_run(
     trial: &Trial,
     excluded: TrialExclusion,
 ) -> TrialOutcome {
-    let (verdict, reason) = match excluded {
-        TrialExclusion::NotApplicable(why) => (Verdict::NotApplicable, why),
-        TrialExclusion::Inconclusive(why) => (Verdict::Inconclusive, why),
-        TrialExclusion::NotRun(why) => (Verdict::NotRun, why),
+    let (verdict, reason, bench_lines) = match excluded {
+        TrialExclusion::NotApplicable { why, lines } => (Verdict::NotApplicable, why, lines),
+        TrialExclusion::Inconclusive(why) => (Verdict::Inconclusive, why, Vec::new()),
+        TrialExclusion::NotRun(why) => (Verdict::NotRun, why, Vec::new()),
     };
     let mut covers: Vec<Covered> = Vec::new();
     for requirement in trial.covers.iter().copied().chain(check_covers(trial)) {
@@ -51,6 +52,8 @@ pub(super) fn not_run(
         frames: 0,
         at: trial.at.clone(),
         evidence: None,
+        repeats: 0,
+        bench_lines,
     };
     let not_judged = TrialRuleResult { decided: DecisionCounts::default(), broken: None, slow: None, disturbed: false };
     TrialOutcome {
@@ -77,7 +80,7 @@ pub fn with_restored_device<R>(
 ) -> Result<(R, Vec<String>), String> {
     let looked = dut.live().map(|live| probe_device(manual, variant, dut, live)).transpose()?;
     let done = work();
-    let notes = dut.live().zip(looked).map_or(Vec::new(), |(live, looked)| end(dut, live, &looked));
+    let notes = dut.live().zip(looked).map_or(Vec::new(), |(live, looked)| end(dut, live, &looked).left);
     Ok((done, notes))
 }
 
@@ -88,12 +91,64 @@ pub(super) fn probe_device(
     dut: &DutSpec,
     live: &dyn LiveDevice,
 ) -> Result<ProbedDevice, String> {
-    let mut looked = ProbedDevice::default();
-    if live.passive().is_none() {
+    let mut looked = ProbedDevice { refuted: refuted(manual, variant, dut, live)?, ..ProbedDevice::default() };
+    if looked.refuted.is_none() && live.passive().is_none() {
         looked = with_run(manual, variant, dut, |run| run.probe(live.bench()))?;
     }
     live.note(&JournalEntry::Parameters(looked.parameters.clone()))?;
+    live.note(&JournalEntry::ImRecords(looked.im_records.clone()))?;
     Ok(looked)
+}
+
+/// The finding that a live device is not of the claimed variant. It is asked in a connection only if what is known leaves the claim open.
+fn refuted(
+    manual: &Manual,
+    variant: &SuiteVariant,
+    dut: &DutSpec,
+    live: &dyn LiveDevice,
+) -> Result<Option<DeviceFinding>, String> {
+    let device = &manual.device;
+    let claimed = device.variants.iter().position(|known| *known == variant.name).unwrap_or_default();
+    let mut readings = live.variant_readings().to_vec();
+    let is_open = !readings.iter().any(|reading| reading.speaks_of_device());
+    if is_open && live.passive().is_none() {
+        readings.extend(with_run(manual, variant, dut, |run| run.variant_readings())?);
+    }
+    Ok(refuted_claim(device, claimed, &readings))
+}
+
+/// What a live device and its description report about its variant, read before anything is judged, and remarks on its restoration.
+///
+/// It is connected only if what it reports otherwise leaves several variants; a description alone proves nothing.
+///
+/// # Errors
+///
+/// The device cannot be used; the text says why.
+pub fn identify_live_variant(dut: &DutSpec) -> Result<(Vec<VariantReading>, Vec<String>), BenchError> {
+    let live = dut.live().ok_or_else(|| BenchError(format!("{dut} is not a live device")))?;
+    let manual = live.manual();
+    let variant = manual.variants.iter().find(|variant| variant.name == dut.variant);
+    let variant = variant.ok_or_else(|| BenchError(format!("{} has no variant {}", dut.manual, dut.variant)))?;
+    let mut readings = live.variant_readings().to_vec();
+    let of_device: Vec<VariantReading> = readings.iter().filter(|of| of.speaks_of_device()).cloned().collect();
+    if candidates(&manual.device, &of_device).len() > 1 && live.passive().is_none() {
+        readings.extend(with_run(manual, variant, dut, |run| run.variant_readings()).map_err(BenchError)?);
+    }
+    let RestoreOutcome { left, remarks } = end(dut, live, &ProbedDevice::default());
+    Ok((readings, [left, remarks].concat()))
+}
+
+/// Connects to a device and reads by what it shows its variant; nothing is judged.
+///
+/// # Errors
+///
+/// There is no such device, or the manual has no case.
+pub fn variant_readings(
+    manual: &Manual,
+    variant: &SuiteVariant,
+    dut: &DutSpec,
+) -> Result<Vec<VariantReading>, BenchError> {
+    with_run(manual, variant, dut, |run| run.variant_readings()).map_err(BenchError)
 }
 
 /// Does `work` with a device under test outside of any trial.
@@ -111,22 +166,38 @@ fn with_run<R>(
     Ok(work(&mut bus::trial(manual, variant, segment, trial, &environment)))
 }
 
-/// Ends a live run: restores what was changed and reports what could not be restored.
-pub(super) fn end(dut: &DutSpec, live: &dyn LiveDevice, looked: &ProbedDevice) -> Vec<String> {
-    if !live.has_changed() {
-        return Vec::new();
+/// Ends a live run: restores what was changed and notes it in the journal. Each sentence says what was not restored or what was
+/// assumed.
+pub(super) fn end(dut: &DutSpec, live: &dyn LiveDevice, looked: &ProbedDevice) -> RestoreOutcome {
+    let changes = live.changes();
+    if changes.is_empty() {
+        return RestoreOutcome::default();
     }
-    let left = match restore_device(dut, live.found(), &live.parameter_backup(&looked.parameters)) {
-        Ok(left) if left.is_empty() => return live.note(&JournalEntry::Restored).err().into_iter().collect(),
-        Ok(left) => left.join(", "),
-        Err(error) => error.to_string(),
-    };
-    vec![format!("Not restored: {left}. Run `encspec bench restore` to try again.")]
+    let kept = DeviceBackup { parameters: &looked.parameters, im_records: &looked.im_records, changes: &changes };
+    let restored = restore_device(dut, live.found(), &kept);
+    let mut outcome =
+        restored.unwrap_or_else(|error| RestoreOutcome { left: vec![error.to_string()], remarks: Vec::new() });
+    if !outcome.left.is_empty() {
+        let left = outcome.left.join("; ");
+        outcome.left = vec![format!("Not restored: {left}. Run `encspec bench restore` to try again.")];
+    } else if let Err(why) = note_restored(live, &outcome.remarks) {
+        outcome.left.push(why);
+    }
+    outcome
+}
+
+/// Closes the journal of a device that was restored.
+pub fn note_restored(live: &dyn LiveDevice, remarks: &[String]) -> Result<(), String> {
+    remarks.iter().try_for_each(|text| live.note(&JournalEntry::Remark { text: text.clone() }))?;
+    live.note(&JournalEntry::Restored)
 }
 
 /// The findings about the device outside of its cases.
-pub(super) fn findings(dut: &DutSpec, looked: Option<&ProbedDevice>, left: Vec<String>) -> Vec<DeviceFinding> {
-    let before = dut.live().map(|live| live.findings().to_vec()).unwrap_or_default();
+pub(super) fn findings(dut: &DutSpec, looked: Option<&ProbedDevice>, restored: RestoreOutcome) -> Vec<DeviceFinding> {
+    // What else disagrees with a wrong claim says nothing of the device.
+    let refuted = looked.and_then(|looked| looked.refuted.clone());
+    let of_claim = || dut.live().map(|live| live.findings().to_vec()).unwrap_or_default();
+    let before = refuted.map_or_else(of_claim, |refuted| vec![refuted]);
     let remark = |severity: FindingSeverity, id: &str, text: String| DeviceFinding {
         id: id.to_owned(),
         severity,
@@ -144,13 +215,15 @@ pub(super) fn findings(dut: &DutSpec, looked: Option<&ProbedDevice>, left: Vec<S
     });
     let notes = dut.live().map(|live| live.notes().to_vec()).unwrap_or_default();
     let notes = notes.into_iter().map(|text| remark(FindingSeverity::Info, "bench", text));
-    let left = left.into_iter().map(|text| remark(FindingSeverity::Error, "put-back", text));
+    let left = restored.left.into_iter().map(|text| remark(FindingSeverity::Error, "put-back", text));
+    let assumed = restored.remarks.into_iter().map(|text| remark(FindingSeverity::Info, "put-back", text));
     before
         .into_iter()
         .chain(looked.map(|looked| looked.findings.clone()).unwrap_or_default())
         .chain(notes)
         .chain(passive)
         .chain(left)
+        .chain(assumed)
         .collect()
 }
 
@@ -159,8 +232,8 @@ pub(super) fn findings(dut: &DutSpec, looked: Option<&ProbedDevice>, left: Vec<S
 pub fn restore_device(
     dut: &DutSpec,
     found: &InitialDevice,
-    kept: &ParameterBackup<'_>,
-) -> Result<Vec<String>, BenchError> {
+    kept: &DeviceBackup<'_>,
+) -> Result<RestoreOutcome, BenchError> {
     let live = dut.live().ok_or_else(|| BenchError(format!("{dut} is not a live device")))?;
     let manual = live.manual();
     let variant = manual.variants.iter().find(|variant| variant.name == dut.variant);

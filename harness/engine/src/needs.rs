@@ -6,6 +6,7 @@
 pub use suite::needs::{Ability, BenchNeed, CANNOT_TIME_BITS, ClaimedFeature, Consent, LONG, needs, of_step};
 
 use results::bench_file::{BenchFile, StandSpec};
+use std::slice;
 use std::time::Duration;
 use wire::profibus::fdl::BaudRate;
 
@@ -55,6 +56,17 @@ pub fn missing(needs: &[BenchNeed], bench: &BenchFile, long: bool, nvm_left: u32
             waits.as_secs()
         )),
     })
+}
+
+/// The lines of the bench file, or options, without which a trial with these needs is not applicable; without duplicates.
+pub fn missing_lines(needs: &[BenchNeed], bench: &BenchFile, long: bool, nvm_left: u32) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for need in needs.iter().filter(|need| missing(slice::from_ref(need), bench, long, nvm_left).is_some()) {
+        if let Some(line) = need.bench_line().filter(|line| !lines.contains(line)) {
+            lines.push(line);
+        }
+    }
+    lines
 }
 
 /// Why the stand cannot do it.
@@ -108,9 +120,11 @@ fn withheld(consent: Consent, bench: &BenchFile, nvm_left: u32) -> Option<String
         Consent::SetName => ("set_name", given.set_name),
         Consent::SetIp => ("set_ip", given.set_ip),
         Consent::SetAddress => ("set_address", given.set_address),
+        Consent::LockAddress => ("lock_address", given.lock_address),
         Consent::PositionReference => ("position_reference", given.position_reference),
         Consent::Firmware => ("firmware", given.firmware),
         Consent::Overstress => ("overstress", given.overstress),
+        Consent::ImRecords => ("im_records", given.im_records),
         Consent::NvmWrite(_) if given.nvm_write == 0 => ("nvm_write", false),
         Consent::NvmWrite(writes) if writes > nvm_left => {
             let all = given.nvm_write;

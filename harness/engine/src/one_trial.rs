@@ -12,8 +12,9 @@ use super::scan::{self, check_covers};
 use super::segment::Segment;
 use super::trial::{RunningTrial, failure};
 use super::world::TrialWorld;
-use super::{bus, evidence, live_run, needs, persona};
+use super::{bus, described, evidence, live_run, needs, persona};
 use judge::violation::RuleViolation;
+use plain_text::count;
 use results::journal::JournalEntry;
 use results::outcome::{CaseFailure, CaseKind, CaseResult, Covered, DeviceFinding, FailureCause, FindingSeverity};
 use results::verdict::Verdict;
@@ -32,7 +33,7 @@ pub fn run_trial(
     trial: &Trial,
     options: &RunOptions,
 ) -> Result<TrialOutcome, BenchError> {
-    run_admitted(manual, variant, dut, trial, options).map_err(BenchError)
+    run_described(manual, variant, dut, trial, options).map_err(BenchError)
 }
 
 /// The addresses and the baud rate on the PROFIBUS of a trial. A trial with a clock has the fast rate on a virtual bus, because its
@@ -76,7 +77,19 @@ pub(super) fn environment(
     environment
 }
 
-/// Runs one trial, if the bench admits it.
+/// Runs one trial with the description that the variations of the device give it.
+pub(super) fn run_described(
+    manual: &Manual,
+    variant: &SuiteVariant,
+    dut: &DutSpec,
+    trial: &Trial,
+    options: &RunOptions,
+) -> Result<TrialOutcome, String> {
+    let described = described::described(manual, dut);
+    run_admitted(described.as_ref().unwrap_or(manual), variant, dut, trial, options)
+}
+
+/// Runs one trial, if the bench admits it, and writes its capture.
 pub(super) fn run_admitted(
     manual: &Manual,
     variant: &SuiteVariant,
@@ -85,24 +98,25 @@ pub(super) fn run_admitted(
     options: &RunOptions,
 ) -> Result<TrialOutcome, String> {
     let persona = options.persona.clone().or_else(|| dut.live()?.environment().persona.clone());
-    let unfit = persona.and_then(|persona| persona::unfit_trial(&persona, manual, variant, trial));
-    if let Some(why) = unfit {
-        return Ok(live_run::not_run(manual, variant, trial, TrialExclusion::NotApplicable(why)));
+    let not_run = |excluded: TrialExclusion| live_run::not_run(manual, variant, trial, excluded);
+    if let Some(why) = persona.and_then(|persona| persona::unfit_trial(&persona, manual, variant, trial)) {
+        return Ok(not_run(TrialExclusion::NotApplicable { why, lines: vec!["persona".to_owned()] }));
     }
-    let Some(live) = dut.live() else {
+    let run_once = || -> Result<TrialOutcome, String> {
         let segment = dut.segment(&trial.id, dp_line(dut, manual, Some(trial)))?;
-        return Ok(run_trial_on(segment, manual, variant, dut, trial, options));
+        Ok(run_trial_on(segment, manual, variant, dut, trial, options))
     };
-    let outcome = match live.admit(variant, trial) {
-        Ok(()) => run_trial_on(
-            dut.segment(&trial.id, dp_line(dut, manual, Some(trial)))?,
-            manual,
-            variant,
-            dut,
-            trial,
-            options,
-        ),
-        Err(excluded) => live_run::not_run(manual, variant, trial, excluded),
+    let with_capture = |mut outcome: TrialOutcome| {
+        outcome.case = evidence::write_captures(outcome.case, manual, variant, &outcome.trace, options);
+        outcome
+    };
+    let Some(live) = dut.live() else {
+        return run_once().map(with_capture);
+    };
+    let admit = || live.admit(variant, trial);
+    let outcome = match admit() {
+        Ok(()) => with_capture(repeat_stalled(options.stall_repeats, &run_once, &|| admit().is_ok())?),
+        Err(excluded) => not_run(excluded),
     };
     let answered = outcome.identity.is_some() || outcome.case.frames == 0;
     live.count_answer(answered);
@@ -113,7 +127,33 @@ pub(super) fn run_admitted(
     Ok(outcome)
 }
 
-/// Runs one trial on a prepared segment.
+/// Runs an admitted trial, and again, `most` times at most, while a stall is its only trouble and the bench `admits` it.
+fn repeat_stalled(
+    most: u32,
+    run_once: &dyn Fn() -> Result<TrialOutcome, String>,
+    admits: &dyn Fn() -> bool,
+) -> Result<TrialOutcome, String> {
+    let mut outcome = run_once()?;
+    let mut repeats = 0;
+    let mut last = String::new();
+    while let Some(stall) = outcome.spoilt_by_stall() {
+        // A repetition needs the same consents, of which a memory write may be used up.
+        if repeats == most || !admits() {
+            break;
+        }
+        last = stall.to_owned();
+        repeats += 1;
+        outcome = run_once()?;
+    }
+    if repeats > 0 {
+        let times = count(repeats as usize, "time", "times");
+        outcome.case.notes.push(format!("repeated {times}, because {last}"));
+    }
+    outcome.case.repeats = repeats;
+    Ok(outcome)
+}
+
+/// Runs one trial on a prepared segment; writes no capture.
 pub fn run_trial_on(
     segment: Box<dyn Segment + '_>,
     manual: &Manual,
@@ -129,15 +169,10 @@ pub fn run_trial_on(
     let mut run = bus::trial(manual, variant, segment, trial, &environment);
     run.world.use_leds(&trial.outline.leds);
     let decided = run.run();
-    outcome(run, decided, dut, options)
+    outcome(run, decided, dut)
 }
 
-fn outcome(
-    mut run: RunningTrial<'_>,
-    decided: Option<(Verdict, CaseFailure)>,
-    dut: &DutSpec,
-    options: &RunOptions,
-) -> TrialOutcome {
+fn outcome(mut run: RunningTrial<'_>, decided: Option<(Verdict, CaseFailure)>, dut: &DutSpec) -> TrialOutcome {
     let why = if run.world.segment.is_model() { None } else { run.disturbance() };
     let disturbed = why.is_some();
     let identity = run.driver.identity(&run);
@@ -230,8 +265,9 @@ fn outcome(
         frames: run.world.trace.len() as u64,
         at: trial.at.clone(),
         evidence: None,
+        repeats: 0,
+        bench_lines: Vec::new(),
     };
-    let case = evidence::write_captures(case, run.world.manual, run.world.variant, &run.world.trace, options);
     TrialOutcome { case, rules, findings, identity, disturbed: why, likely_reading: None, trace: run.world.trace }
 }
 

@@ -27,7 +27,12 @@ pub struct RunOptions {
     pub persona: Option<Arc<Persona>>,
     /// Only every n-th trial, so that several benches share the work.
     pub part: Option<TrialPart>,
+    /// How often a live trial is repeated while a stall is its only trouble; see [`STALL_REPEATS`].
+    pub stall_repeats: u32,
 }
+
+/// How often `encspec run` repeats a live trial that a stall of the host or the line left without a verdict.
+pub const STALL_REPEATS: u32 = 3;
 
 /// One of several parts of the trials, which are dealt out in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

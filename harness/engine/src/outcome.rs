@@ -3,6 +3,7 @@
 use judge::slow::SlowReaction;
 use judge::violation::RuleViolation;
 use results::outcome::{CaseFailure, CaseResult, DecisionCounts, DeviceFinding};
+use results::verdict::Verdict;
 use virtual_wire::Trace;
 
 /// The outcome of one trial.
@@ -16,12 +17,56 @@ pub struct TrialOutcome {
     pub findings: Vec<DeviceFinding>,
     /// The identity that the device reported.
     pub identity: Option<String>,
-    /// Why the trial says nothing about a live device: a disturbed line, the end of the run, or a late host.
-    pub disturbed: Option<String>,
+    /// Why the trial says nothing about a live device.
+    pub disturbed: Option<Disturbance>,
     /// The permitted variation of a reference device that made the trial fail.
     pub likely_reading: Option<String>,
     /// All frames.
     pub trace: Trace,
+}
+
+impl TrialOutcome {
+    /// What was late, if that alone left the trial or one of its rules without a verdict.
+    pub fn spoilt_by_stall(&self) -> Option<&str> {
+        let stall = self.disturbed.as_ref().filter(|of| of.stall.is_some())?;
+        let is_rule = || self.case.verdict == Verdict::Pass && self.rules.iter().any(|rule| rule.broken.is_some());
+        (self.case.verdict == Verdict::Inconclusive || is_rule()).then_some(stall.why.as_str())
+    }
+}
+
+/// Why a trial says nothing about a live device: a disturbed line, the end of the run, or a stall.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Disturbance {
+    /// What happened, to follow the word "because".
+    pub why: String,
+    /// What to repeat the trial for; `None` if a repetition would not help.
+    pub stall: Option<Stall>,
+}
+
+impl Disturbance {
+    /// One after which a repetition would not help.
+    pub fn lasting(why: impl Into<String>) -> Disturbance {
+        Disturbance { why: why.into(), stall: None }
+    }
+
+    /// A delay or loss on the way, after which the trial can be repeated.
+    pub fn of_link(why: impl Into<String>) -> Disturbance {
+        Disturbance { why: why.into(), stall: Some(Stall::Link) }
+    }
+
+    /// A delay of the harness, after which the trial can be repeated.
+    pub fn of_harness(why: impl Into<String>) -> Disturbance {
+        Disturbance { why: why.into(), stall: Some(Stall::Harness) }
+    }
+}
+
+/// What was late although nothing is broken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stall {
+    /// The harness or its host, measured by its own clock.
+    Harness,
+    /// An answer on a link that cannot tell a slow device from a slow line, or a line with noise.
+    Link,
 }
 
 /// The result of a rule in a trial.
@@ -41,3 +86,36 @@ pub struct TrialRuleResult {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct BenchError(pub String);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::live::TrialExclusion;
+    use crate::live_run::not_run;
+    use rstest::rstest;
+
+    /// An outcome with this verdict and disturbance.
+    fn outcome(verdict: Verdict, disturbed: Option<Disturbance>) -> TrialOutcome {
+        let manuals = suite_yaml::load(&suites::sources(), Some("profinet-io"));
+        let manuals = manuals.unwrap_or_else(|errors| panic!("{errors}"));
+        let (manual, variant) = (&manuals[0], &manuals[0].variants[0]);
+        let mut outcome = not_run(manual, variant, &variant.trials[0], TrialExclusion::NotRun(String::new()));
+        (outcome.case.verdict, outcome.disturbed) = (verdict, disturbed);
+        outcome
+    }
+
+    #[rstest]
+    #[case::late(Verdict::Inconclusive, Some(Disturbance::of_harness("late")), Some("late"))]
+    #[case::slow_line(Verdict::Inconclusive, Some(Disturbance::of_link("slow")), Some("slow"))]
+    #[case::no_cable(Verdict::Inconclusive, Some(Disturbance::lasting("no cable")), None)]
+    #[case::undisturbed(Verdict::Inconclusive, None, None)]
+    #[case::failed_before_the_stall(Verdict::Fail, Some(Disturbance::of_harness("late")), None)]
+    #[case::passed_all_the_same(Verdict::Pass, Some(Disturbance::of_harness("late")), None)]
+    fn only_a_stall_is_a_reason_to_repeat(
+        #[case] verdict: Verdict,
+        #[case] disturbed: Option<Disturbance>,
+        #[case] stall: Option<&str>,
+    ) {
+        assert_eq!(outcome(verdict, disturbed).spoilt_by_stall(), stall);
+    }
+}

@@ -2,8 +2,11 @@
 //!
 //! Models need no real time, so their trials are shared by all threads. This module must not know what a trial does.
 
+use super::described::described;
 use super::dut::DutSpec;
 use super::likely_reading::likely_reading;
+use super::live::TrialExclusion;
+use super::live_run;
 use super::one_trial::run_admitted;
 use super::options::{RunOptions, RunProgress, selects};
 use super::outcome::TrialOutcome;
@@ -17,6 +20,8 @@ use virtual_wire::Trace;
 /// The trials to be run on one device.
 pub(super) struct DevicePlan<'a> {
     pub manual: &'a Manual,
+    /// The manual with another description of the device, if its variations have one.
+    described: Option<Manual>,
     pub variant: &'a SuiteVariant,
     pub dut: &'a DutSpec,
     pub trials: Vec<&'a Trial>,
@@ -42,7 +47,12 @@ impl<'a> DevicePlan<'a> {
         if let Some(part) = options.part {
             trials = trials.into_iter().enumerate().filter(|(at, _)| part.has(*at)).map(|(_, trial)| trial).collect();
         }
-        DevicePlan { manual, variant, dut, trials, only_rules }
+        DevicePlan { manual, described: described(manual, dut), variant, dut, trials, only_rules }
+    }
+
+    /// The manual with the description of this device.
+    pub fn described(&self) -> &Manual {
+        self.described.as_ref().unwrap_or(self.manual)
     }
 
     /// The name of the device for the progress.
@@ -52,7 +62,7 @@ impl<'a> DevicePlan<'a> {
 
     /// Runs one of the trials; its frames are not kept.
     fn run(&self, trial: &Trial, options: &RunOptions) -> Result<TrialOutcome, String> {
-        let mut outcome = run_admitted(self.manual, self.variant, self.dut, trial, options)?;
+        let mut outcome = run_admitted(self.described(), self.variant, self.dut, trial, options)?;
         outcome.trace = Trace::new();
         outcome.likely_reading = likely_reading(self.manual, self.variant, self.dut, trial, (&outcome, options));
         if outcome.case.verdict != Verdict::Pass {
@@ -79,6 +89,15 @@ impl<'a> DevicePlan<'a> {
             plans.iter().rev().map(|plan| outcomes.split_off(outcomes.len() - plan.trials.len())).collect();
         of_plans.reverse();
         of_plans
+    }
+
+    /// The outcomes of the trials if none of them runs.
+    pub fn not_judged(&self, why: &str) -> Vec<Result<TrialOutcome, String>> {
+        let not_run = |trial: &&Trial| {
+            let excluded = TrialExclusion::NotRun(why.to_owned());
+            Ok(live_run::not_run(self.described(), self.variant, trial, excluded))
+        };
+        self.trials.iter().map(not_run).collect()
     }
 
     /// Runs the trials one after the other.

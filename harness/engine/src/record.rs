@@ -2,9 +2,9 @@
 
 use suite::device::DeviceRecord;
 
-/// The bytes of a record with these fields set and all others 0.
+/// The bytes of a record with these fields set, and all others as in its template.
 pub fn octets(record: &DeviceRecord, values: impl Iterator<Item = (usize, i128)>) -> Vec<u8> {
-    let mut octets = vec![0; record.octets];
+    let mut octets = record.bytes();
     for (field, value) in values {
         put(record, field, value, &mut octets);
     }

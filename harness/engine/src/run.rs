@@ -2,6 +2,7 @@
 
 use super::dut::DutSpec;
 use super::environment::TrialEnvironment;
+use super::live::RestoreOutcome;
 use super::one_trial::environment;
 use super::options::{RunOptions, RunProgress, selects};
 use super::outcome::{BenchError, TrialOutcome};
@@ -13,6 +14,9 @@ use results::outcome::{CaseKind, CaseResult, Covered, DecisionCounts, DeviceRun,
 use results::verdict::Verdict;
 use suite::model::{Manual, SuiteRule, SuiteVariant};
 use suite::persona::Persona;
+
+/// Why nothing is judged on a device that is not of the claimed variant.
+const NOT_CLAIMED: &str = "not judged: the device is not the claimed variant";
 
 /// Runs the selected trials.
 pub fn run(manuals: &[Manual], options: &RunOptions, progress: RunProgress<'_>) -> Result<RunResult, BenchError> {
@@ -49,23 +53,31 @@ fn device(
     let filtered = options.filter.is_some() || options.part.is_some();
     let probed =
         dut.live().map(|live| live_run::probe_device(manual, variant, dut, live)).transpose().map_err(BenchError)?;
-    let outcomes = outcomes.unwrap_or_else(|| plan.run_alone(options, progress));
-    let mut notes = Vec::new();
+    let is_refuted = probed.as_ref().is_some_and(|probed| probed.refuted.is_some());
+    let outcomes = match outcomes {
+        Some(outcomes) => outcomes,
+        None if is_refuted => plan.not_judged(NOT_CLAIMED),
+        None => plan.run_alone(options, progress),
+    };
+    let mut restored = RestoreOutcome::default();
     if let (Some(live), Some(probed)) = (dut.live(), &probed) {
-        notes = live_run::end(dut, live, probed);
+        restored = live_run::end(dut, live, probed);
     }
     let outcomes: Vec<TrialOutcome> = outcomes.into_iter().collect::<Result<_, String>>().map_err(BenchError)?;
     let identity = outcomes.iter().find_map(|outcome| outcome.identity.clone());
     // Every rule is judged on every trial that ran; a broken one is reported whatever the filter.
     let mut judged = Vec::new();
     for (index, rule) in variant.rules.iter().enumerate() {
-        let result = rule_result(manual, rule, index, &outcomes, filtered, environment.persona.as_deref());
+        let mut result = rule_result(manual, rule, index, &outcomes, filtered, environment.persona.as_deref());
+        if is_refuted {
+            result.reason = Some(NOT_CLAIMED.to_owned());
+        }
         let is_requested = is_selected(rule) && (only_rules || !filtered || result.verdict != Verdict::NotRun);
         if is_requested || result.verdict == Verdict::Fail {
             judged.push(result);
         }
     }
-    let mut findings = live_run::findings(dut, probed.as_ref(), notes);
+    let mut findings = live_run::findings(dut, probed.as_ref(), restored);
     for finding in outcomes.iter().flat_map(|outcome| &outcome.findings) {
         // Several rows of a case may have the same finding.
         if !findings.contains(finding) {
@@ -85,7 +97,7 @@ fn device(
             spec: dut.to_string(),
             firmware: match &probed {
                 Some(probed) => probed.firmware.clone(),
-                None => firmware(manual, variant, dut, &environment),
+                None => firmware(plan.described(), variant, dut, &environment),
             },
             device: dut.manual.clone(),
             variant: dut.variant.clone(),
@@ -195,5 +207,7 @@ fn rule_result(
         frames: decided.checked,
         at: rule.at.clone(),
         evidence: None,
+        repeats: 0,
+        bench_lines: Vec::new(),
     }
 }

@@ -3,6 +3,7 @@
 //! The engine drives every kind of wire through [`Segment`]; it must not know which one it is.
 
 use super::exchangeable_device::ExchangeableDevice;
+use super::outcome::Disturbance;
 use super::stations::HarnessStations;
 use deviations::ReferenceDevice;
 use station::{Duration, Outbox, Stand, StandAction, StandRefusal, Station, Time};
@@ -54,7 +55,7 @@ pub trait Segment {
     }
 
     /// Why all observations of the trial are worthless although the line is up.
-    fn invalidated(&self) -> Option<String> {
+    fn invalidated(&self) -> Option<Disturbance> {
         None
     }
 
@@ -69,6 +70,11 @@ pub trait Segment {
     /// The longest delay of the harness itself since the trial began.
     fn lateness(&self) -> Duration {
         Duration::ZERO
+    }
+
+    /// Whether a request was given up without an answer that may still arrive (PROFIBUS on a live line).
+    fn lacks_answer(&self) -> bool {
+        false
     }
 
     /// The longest time from a request to its answer since the trial began, if the link cannot tell a slow device from its own delay

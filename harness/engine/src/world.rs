@@ -1,5 +1,6 @@
 //! The world of one trial: the segment, the observations on it, and all rules and expectations that judge them.
 
+use super::outcome::Disturbance;
 use super::segment::Segment;
 use super::stations::{HarnessStations, sender};
 use judge::follow::{ConnectionChange, Ending};
@@ -247,16 +248,21 @@ impl<'a> TrialWorld<'a> {
     /// Why the trial cannot continue: the user has requested the end of the run, or the line broke.
     #[inline]
     pub fn stop_reason(&self) -> Option<String> {
-        if self.virtual_clock.is_some() { None } else { self.line_stop_reason() }
+        self.stop().map(|stop| stop.why)
     }
 
-    fn line_stop_reason(&self) -> Option<String> {
-        if let Some(why) = self.segment.invalidated() {
-            return Some(why);
+    /// The same, with what a repetition would help against.
+    pub fn stop(&self) -> Option<Disturbance> {
+        if self.virtual_clock.is_some() { None } else { self.line_stop() }
+    }
+
+    fn line_stop(&self) -> Option<Disturbance> {
+        if let Some(stop) = self.segment.invalidated() {
+            return Some(stop);
         }
         match self.segment.broken_line() {
-            _ if self.segment.is_interrupted() => Some("the run was interrupted".to_owned()),
-            Some(why) if !self.line_may_break => Some(why),
+            _ if self.segment.is_interrupted() => Some(Disturbance::lasting("the run was interrupted")),
+            Some(why) if !self.line_may_break => Some(Disturbance::lasting(why)),
             _ => None,
         }
     }

@@ -49,8 +49,15 @@ pub fn equal(observed: &Value, expected: &Value, tolerance: Option<Number>, nois
 
 /// Whether `left` and `right` are in this order; `None` if either is unknown or they have no order.
 ///
-/// A position on its circle counts as every position up to `noise` steps around it, so noise never turns true into false.
+/// A position on its circle counts as every position up to `noise` steps around it, so noise never turns true into false. On an
+/// unknown circle noise may lead through 0, so that what it does not make true stays open.
 pub fn order(sign: OrderOperator, left: &Value, right: &Value, noise: u32) -> Option<bool> {
+    if noise > 0 && (is_on_unknown_circle(left) || is_on_unknown_circle(right)) {
+        let straight = |value: &Value| {
+            if is_on_unknown_circle(value) { value.as_whole().map(Value::whole) } else { Some(value.clone()) }
+        };
+        return order(sign, &straight(left)?, &straight(right)?, noise).filter(|holds| *holds);
+    }
     let (low, high) = match (left, right) {
         (Value::Time(a), Value::Time(b)) | (Value::Cycles(a), Value::Cycles(b)) => return Some(sign.holds(a.cmp(b))),
         // Noise is applied once: to the left side if possible, else to the right side.
@@ -92,17 +99,26 @@ fn same_place(
     if tolerance.is_none() && (noise == 0 || place.at == at) {
         return Some(place.at == at);
     }
-    let steps = steps?;
+    let width = width(tolerance, noise)?;
+    let Some(steps) = steps else {
+        // However many steps the circle has, the other way around leads through 0.
+        let apart = Number::whole((place.at - at).abs());
+        return if apart <= width { Some(true) } else { (Number::whole(place.at.min(at)) >= width).then_some(false) };
+    };
     let circle = 0..steps;
     if !circle.contains(&place.at) || !circle.contains(&at) {
         return Some(false);
     }
     let ahead = (place.at - at).rem_euclid(steps);
-    Some(Number::whole(ahead.min(steps - ahead)) <= width(tolerance, noise)?)
+    Some(Number::whole(ahead.min(steps - ahead)) <= width)
 }
 
 fn width(tolerance: Option<Number>, noise: u32) -> Option<Number> {
     tolerance.unwrap_or(Number::ZERO).plus(Number::whole(noise.into()))
+}
+
+fn is_on_unknown_circle(value: &Value) -> bool {
+    matches!(value, Value::Place(place) if place.range.is_none())
 }
 
 /// The smallest and the largest number that `value` may represent.

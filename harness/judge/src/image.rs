@@ -8,7 +8,7 @@ use crate::observe::{CyclicStatus, DiagnosisFrame, FrameDirection, ObservedAr, S
 use station::{Duration, Time};
 use std::cmp::Reverse;
 use std::ops::Range;
-use suite::device::{DeviceDescription, DeviceModule, RecordField, UserPrmLayout};
+use suite::device::{DeviceDescription, DeviceModule, DeviceRecord, Origin, RecordField, UserPrmLayout};
 use wire::ethernet::Mac;
 use wire::profibus::global_control::GlobalCommand;
 use wire::profibus::prm::{Dpv1Status3, PrmBlock, PrmBlockType, SetPrm};
@@ -230,8 +230,9 @@ impl ConnectionImage {
         let sent = start_data.parameters.as_ref().and_then(|octets| SetPrm::parse(octets).ok());
         let layout = device.profibus().map(|slave| &slave.set_prm);
         let user = sent.as_ref().zip(layout).map(|(prm, layout)| user_octets(prm, layout));
-        if let (Some(known), Some(user)) = (self.records.get_mut(UserPrmLayout::RECORD), user) {
-            *known = Some(user);
+        let record = device.records.get(UserPrmLayout::RECORD);
+        if let (Some(known), Some(record)) = (self.records.get_mut(UserPrmLayout::RECORD), record) {
+            *known = user.filter(|user| has_known_layout(record, user));
         }
         let configuration = start_data.configuration.as_deref();
         let fits = |module: &DeviceModule| {
@@ -320,7 +321,9 @@ impl ConnectionImage {
             record.start && record.index == index && (at.slot, at.subslot) == (slot, subslot)
         });
         if let Some(known) = found.and_then(|found| self.records.get_mut(found)) {
-            *known = accepted.then(|| data.to_vec());
+            let is_known =
+                found.and_then(|found| device.records.get(found)).is_some_and(|of| has_known_layout(of, data));
+            *known = (accepted && is_known).then(|| data.to_vec());
             self.took_over(None);
             self.parameters = self.version;
         }
@@ -583,6 +586,12 @@ impl ConnectionImage {
         let octets = self.records.get(record)?.as_ref()?;
         field_number(field, octets)
     }
+}
+
+/// Whether the places of start parameters are known: where encspec chose them and the device was sent another number of bytes, they are
+/// elsewhere.
+fn has_known_layout(record: &DeviceRecord, data: &[u8]) -> bool {
+    record.origin != Origin::Invented || data.is_empty() || data.len() == record.octets
 }
 
 /// The bits that differ between two areas of the same length, eight bytes per word, the first byte lowest.

@@ -210,6 +210,18 @@ impl NameView<'_> {
         }
     }
 
+    /// The time between this cyclic frame and the one before. On PROFIBUS a slave answers when it is asked, so what this host may be
+    /// late with a request is not counted.
+    fn elapsed(&self, direction: FrameDirection) -> Option<Duration> {
+        let elapsed = self.image.elapsed(direction)?;
+        let slack = self.notebook.slack;
+        if slack.is_zero() || self.device.profibus().is_none() {
+            return Some(elapsed);
+        }
+        let cycle = self.image.cycle().unwrap_or_default();
+        Some(elapsed.saturating_sub(slack).max(elapsed.min(cycle)))
+    }
+
     /// Evaluates the program of a name: the circle of a signal or a derived value.
     fn compute(&self, name: NameId, program: &Program) -> Value {
         let now = || program.eval(self, &HistoryState::default());
@@ -277,7 +289,7 @@ impl NameView<'_> {
                     TickKind::Output => FrameDirection::ToDevice,
                     TickKind::Event => return None,
                 };
-                Value::nanos(self.image.elapsed(direction)?.as_nanos() as i128)
+                Value::nanos(self.elapsed(direction)?.as_nanos() as i128)
             }
             NameKind::Cycle => Value::nanos(self.image.cycle()?.as_nanos() as i128),
             NameKind::Bench(name) => self.notebook.bench?.of(*name, self.device.profibus().is_some()),

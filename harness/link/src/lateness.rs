@@ -31,6 +31,13 @@ impl Histogram {
         self.max = self.max.max(nanos);
     }
 
+    /// Counts all samples of another histogram, too.
+    pub fn add(&mut self, other: &Histogram) {
+        self.counts.iter_mut().zip(&other.counts).for_each(|(count, more)| *count += more);
+        self.total += other.total;
+        self.max = self.max.max(other.max);
+    }
+
     /// The number of samples.
     pub fn count(&self) -> u64 {
         self.total
@@ -99,6 +106,8 @@ pub struct Lateness {
     wakes: Histogram,
     gaps: Histogram,
     last_sent: Vec<Option<Time>>,
+    /// The longest time by which a deadline was over when a frame was delivered.
+    overdue: Duration,
 }
 
 impl Lateness {
@@ -112,8 +121,14 @@ impl Lateness {
         &self.gaps
     }
 
+    /// The longest time by which a station was or will be woken late, as far as it is known.
+    pub fn longest(&self) -> Duration {
+        self.wakes.max().max(self.overdue)
+    }
+
     /// Removes all samples.
     pub fn reset(&mut self) {
+        self.overdue = Duration::ZERO;
         self.wakes.reset();
         self.gaps.reset();
         self.last_sent.fill(None);
@@ -121,6 +136,11 @@ impl Lateness {
 
     pub(crate) fn woken(&mut self, deadline: Time, now: Time) {
         self.wakes.record(now.since(deadline));
+    }
+
+    /// Notes a deadline that may be over at `now`.
+    pub(crate) fn overdue(&mut self, deadline: Time, now: Time) {
+        self.overdue = self.overdue.max(now.since(deadline));
     }
 
     pub(crate) fn sent(&mut self, station: usize, now: Time) {

@@ -68,6 +68,11 @@ impl std::fmt::Debug for Wire {
 }
 
 impl Wire {
+    /// The port, for another wire.
+    pub fn into_port(self) -> Box<dyn Port> {
+        self.port
+    }
+
     /// A wire on `port`; its clock starts at [`Time::ZERO`] now.
     pub fn new(port: Box<dyn Port>) -> Wire {
         Wire {
@@ -190,6 +195,10 @@ impl Wire {
                 if let Some(arrived) = self.pending.filter(|arrived| *arrived <= until) {
                     self.pending = None;
                     self.delivered_in_a_row = if due.is_some() { self.delivered_in_a_row + 1 } else { 0 };
+                    // The caller may judge this frame before the missed station is woken.
+                    if let Some((deadline, _)) = next {
+                        self.lateness.overdue(deadline, self.clock.now());
+                    }
                     let frame = std::mem::take(&mut self.incoming);
                     let now = self.report_time(arrived);
                     tap(now, &frame);

@@ -9,13 +9,14 @@ use crate::journal::Journal;
 use crate::line::DeviceLine;
 use crate::stand::LiveStand;
 use crate::{preflight, profibus};
+use description::variant::VariantReading;
 use engine::dut::{CONTROLLER, SECOND};
-use engine::needs::{self, BenchNeed, Consent};
+use engine::needs::{self, Ability, BenchNeed, Consent};
 use engine::scan::each_step_of;
 use engine::segment::Segment;
-use engine::{DpLine, LiveDevice, ParameterBackup, TrialEnvironment, TrialExclusion};
+use engine::{DpLine, LiveDevice, TrialEnvironment, TrialExclusion};
 use results::bench_file::BenchFile;
-use results::journal::{InitialDevice, InitialParameter, JournalEntry};
+use results::journal::{InitialDevice, JournalEntry, change};
 use results::outcome::DeviceFinding;
 use station::{Duration, Stand, StandAction, StandRefusal, Time};
 use std::fmt;
@@ -26,10 +27,6 @@ use suite::model::{AccessChannel, AcyclicService, ConnectionStart, DpService, Ma
 use suite::persona::Persona;
 use wire::profinet::dcp::block::IpParameter;
 
-/// The journal's name for parameters that are written but not stored by the device.
-const PARAMETERS: &str = "parameters";
-/// The prefix of the journal's name for writes to nonvolatile memory.
-const MEMORY: &str = "nvm_write";
 /// After this number of consecutive trials without an answer the device is not tested any more.
 const UNANSWERED_LIMIT: u32 = 3;
 /// How long to wait for a lost line before the next trial.
@@ -53,6 +50,7 @@ struct DeviceOnBenchInner {
     passive: Option<String>,
     long: bool,
     findings: Vec<DeviceFinding>,
+    variant_readings: Vec<VariantReading>,
     notes: Vec<String>,
     state: Mutex<BenchState>,
     /// Number of calls so far that needed a unique number, across trials.
@@ -64,11 +62,10 @@ struct BenchState {
     line: DeviceLine,
     stand: LiveStand,
     journal: Journal,
-    has_changed: bool,
+    /// The lasting changes so far, in the words of the journal.
+    changes: Vec<String>,
     nvm_left: u32,
     frames_lost: u64,
-    wrote_parameters: bool,
-    saved: bool,
     /// Consecutive trials in which the device did not answer.
     unanswered: u32,
     /// Why the line was lost, once it did not come back.
@@ -76,16 +73,14 @@ struct BenchState {
 }
 
 impl BenchState {
-    fn new(bench: &BenchFile, line: DeviceLine, journal: Journal, has_changed: bool) -> BenchState {
+    fn new(bench: &BenchFile, line: DeviceLine, journal: Journal, changes: Vec<String>) -> BenchState {
         BenchState {
             line,
             stand: LiveStand::new(&bench.stand),
             journal,
-            has_changed,
+            changes,
             nvm_left: bench.consent.nvm_write,
             frames_lost: 0,
-            wrote_parameters: false,
-            saved: false,
             unanswered: 0,
             lost: None,
         }
@@ -111,6 +106,15 @@ fn place(bench: &BenchFile) -> TrialEnvironment {
     }
 }
 
+/// What the device and its description report, compared with the manual.
+#[derive(Debug, Default)]
+pub struct ComparedDevice {
+    /// Where they disagree.
+    pub findings: Vec<DeviceFinding>,
+    /// What shows the variant.
+    pub variant_readings: Vec<VariantReading>,
+}
+
 impl DeviceOnBench {
     /// A PROFINET device on a prepared bench, with the suite of its claimed type, addressed like `persona`.
     pub fn new(
@@ -118,7 +122,7 @@ impl DeviceOnBench {
         manual: Manual,
         prepared: preflight::PreparedDevice,
         long: bool,
-        findings: Vec<DeviceFinding>,
+        compared: ComparedDevice,
         persona: Option<Arc<Persona>>,
     ) -> DeviceOnBench {
         let place = TrialEnvironment {
@@ -131,10 +135,11 @@ impl DeviceOnBench {
             persona,
             ..place(&bench)
         };
-        let preflight::PreparedDevice { line, found, journal, has_changed, passive, notes, .. } = prepared;
-        let state = BenchState::new(&bench, line, journal, has_changed);
+        let preflight::PreparedDevice { line, found, journal, changes, passive, notes, .. } = prepared;
+        let state = BenchState::new(&bench, line, journal, changes);
         let state = Mutex::new(state);
         let calls = AtomicU64::new(0);
+        let ComparedDevice { findings, variant_readings } = compared;
         DeviceOnBench(Arc::new(DeviceOnBenchInner {
             bench,
             manual,
@@ -143,6 +148,7 @@ impl DeviceOnBench {
             passive,
             long,
             findings,
+            variant_readings,
             notes,
             state,
             calls,
@@ -155,7 +161,7 @@ impl DeviceOnBench {
         manual: Manual,
         prepared: profibus::preflight::PreparedBus,
         long: bool,
-        findings: Vec<DeviceFinding>,
+        compared: ComparedDevice,
     ) -> DeviceOnBench {
         let profibus::preflight::PreparedBus { line, found, journal, passive, notes, .. } = prepared;
         let dp = DpLine {
@@ -166,8 +172,9 @@ impl DeviceOnBench {
             pace: Some(prepared.pace),
         };
         let place = TrialEnvironment { line: dp, slack: prepared.slack, ..place(&bench) };
-        let state = Mutex::new(BenchState::new(&bench, line, journal, false));
+        let state = Mutex::new(BenchState::new(&bench, line, journal, Vec::new()));
         let calls = AtomicU64::new(0);
+        let ComparedDevice { findings, variant_readings } = compared;
         DeviceOnBench(Arc::new(DeviceOnBenchInner {
             bench,
             manual,
@@ -176,6 +183,7 @@ impl DeviceOnBench {
             passive,
             long,
             findings,
+            variant_readings,
             notes,
             state,
             calls,
@@ -197,6 +205,24 @@ impl DeviceOnBench {
             }
         });
         starts.into_iter().find_map(|start| description::gsdml::needs_description(device, start))
+    }
+
+    /// Checks whether this bench serves a trial. The reason is the first one found, the lines are all.
+    fn check_bench(&self, needs: &[BenchNeed], trial: &Trial) -> Result<(), TrialExclusion> {
+        let (long, nvm_left) = (self.0.long, self.state().nvm_left);
+        let of_needs = needs::missing(needs, self.bench(), long, nvm_left);
+        let of_description = self.lacks_description(trial);
+        let passive = self.0.passive.as_ref().filter(|_| !only_reads(trial));
+        let mut lines = needs::missing_lines(needs, self.bench(), long, nvm_left);
+        if of_description.is_some() {
+            lines.push(if self.manual().device.profibus().is_some() { "gsd" } else { "gsdml" }.to_owned());
+        }
+        if passive.is_some_and(|_| !self.bench().consent.alone) {
+            lines.push("consent alone".to_owned());
+        }
+        let passive = passive.map(|why| format!("only reading trials may run: {why}"));
+        let why = of_needs.or(of_description).or(passive);
+        why.map_or(Ok(()), |why| Err(TrialExclusion::NotApplicable { why, lines }))
     }
 
     /// Waits for a lost line; after one timeout it does not wait again.
@@ -278,6 +304,10 @@ impl LiveDevice for DeviceOnBench {
         &self.0.findings
     }
 
+    fn variant_readings(&self) -> &[VariantReading] {
+        &self.0.variant_readings
+    }
+
     fn notes(&self) -> &[String] {
         &self.0.notes
     }
@@ -293,9 +323,8 @@ impl LiveDevice for DeviceOnBench {
     fn note(&self, entry: &JournalEntry) -> Result<(), String> {
         let mut state = self.state();
         if let JournalEntry::Changes { what, .. } = entry {
-            state.has_changed = true;
-            state.wrote_parameters |= what.iter().any(|word| word == PARAMETERS);
-            state.saved |= what.iter().any(|word| word.starts_with(MEMORY));
+            let new: Vec<String> = what.iter().filter(|word| !state.changes.contains(word)).cloned().collect();
+            state.changes.extend(new);
         }
         let journal = &mut state.journal;
         journal.add(entry).map_err(|error| {
@@ -303,10 +332,8 @@ impl LiveDevice for DeviceOnBench {
         })
     }
 
-    fn parameter_backup<'k>(&self, parameters: &'k [InitialParameter]) -> ParameterBackup<'k> {
-        let state = self.state();
-        let parameters = if state.wrote_parameters { parameters } else { &[] };
-        ParameterBackup { parameters, wrote_parameters: state.wrote_parameters, saved: state.saved }
+    fn changes(&self) -> Vec<String> {
+        self.state().changes.clone()
     }
 
     fn count_answer(&self, answered: bool) {
@@ -327,37 +354,24 @@ impl LiveDevice for DeviceOnBench {
         self.state().lost.get_or_insert_with(|| why.to_owned());
     }
 
-    fn has_changed(&self) -> bool {
-        self.state().has_changed
-    }
-
     fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), TrialExclusion> {
         if link::interrupt::requested() {
             return Err(TrialExclusion::NotRun("the run was interrupted".to_owned()));
         }
         let needs = needs::needs(self.manual(), variant, trial);
-        if let Some(why) = needs::missing(&needs, self.bench(), self.0.long, self.state().nvm_left) {
-            return Err(TrialExclusion::NotApplicable(why));
-        }
-        if let Some(why) = self.lacks_description(trial) {
-            return Err(TrialExclusion::NotApplicable(why));
-        }
-        if let Some(why) = &self.0.passive
-            && !only_reads(trial)
-        {
-            return Err(TrialExclusion::NotApplicable(format!("only reading trials may run: {why}")));
-        }
+        self.check_bench(&needs, trial)?;
         self.line_is_there().map_err(TrialExclusion::Inconclusive)?;
         let mut what: Vec<String> = needs.iter().filter_map(lasting).collect();
         if !self.manual().device.parameters.is_empty() && changes_parameters(self.manual(), trial, &needs) {
-            what.push(PARAMETERS.to_owned());
+            what.push(change::PARAMETERS.to_owned());
         }
         let renews = self.0.passive.is_none() && self.bench().stand.serves("renew");
         if renews {
-            what.push("renew".to_owned());
+            what.push(change::NEW_DEVICE.to_owned());
         }
-        if !what.is_empty() {
-            let entry = JournalEntry::Changes { trial: trial.id.clone(), what };
+        let stand: Vec<String> = needs.iter().filter_map(at_stand).collect();
+        if !what.is_empty() || !stand.is_empty() {
+            let entry = JournalEntry::Changes { trial: trial.id.clone(), what, stand };
             self.note(&entry).map_err(TrialExclusion::Inconclusive)?;
         }
         if renews {
@@ -389,6 +403,15 @@ fn changes_parameters(manual: &Manual, trial: &Trial, needs: &[BenchNeed]) -> bo
 fn lasting(need: &BenchNeed) -> Option<String> {
     match need {
         BenchNeed::Consent(consent) => Some(consent.to_string()),
+        _ => None,
+    }
+}
+
+/// The name that a need sets at the stand, where something stays set if the trial is interrupted.
+fn at_stand(need: &BenchNeed) -> Option<String> {
+    match need {
+        BenchNeed::Stand(Ability::Led(_) | Ability::Counter(_)) => None,
+        BenchNeed::Stand(ability) => Some(ability.to_string()),
         _ => None,
     }
 }

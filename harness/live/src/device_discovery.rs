@@ -4,6 +4,7 @@
 
 use super::guard::Guard;
 use super::journal::{Journal, JournalEntry};
+use super::ticker::{TICK, Ticker};
 use super::unusable::{PreflightResult, Unusable, unusable};
 use controllers::profinet_io::{
     Controller, ControllerOutcome, ControllerRequest, DcpOutcome, IdentifiedStation, IdentifyBy, IoRecordOutcome,
@@ -13,6 +14,7 @@ use description::gsdml::ReportedIdentity;
 use judge::observe::Tracker;
 use link::Wire;
 use results::bench_file::BenchFile;
+use results::journal::change;
 use station::{Duration, Outbox, Station, Time};
 use std::collections::BTreeSet;
 use std::net::Ipv4Addr;
@@ -26,6 +28,10 @@ use wire::profinet::rpc::ObjectUuid;
 const IDENTIFY_TIME: Duration = Duration::from_millis(1300);
 /// Number of Identify requests to all stations.
 const IDENTIFY_ROUNDS: u32 = 4;
+/// How long a connection of a killed run is waited for.
+const OWN_EXCHANGE_TIMEOUT: Duration = Duration::from_secs(10);
+/// A connection without a frame for this time has ended.
+const OWN_EXCHANGE_SILENCE: Duration = Duration::from_millis(600);
 /// Timeout for the answers to an ARP request.
 const ARP_TIMEOUT: Duration = Duration::from_millis(300);
 /// Maximum length of a record that is read, in bytes.
@@ -120,6 +126,19 @@ impl PreflightDiscovery {
             }
             let PreflightDiscovery { wire, guard, traffic: heard } = self;
             wire.step(stations, until, &mut |frame| guard.allows(frame), &mut |time, frame| heard.hear(time, frame))?;
+        }
+        Ok(())
+    }
+
+    /// Waits until no station exchanges data with one of the own controllers any more: a run that was killed has left its connection to
+    /// the watchdog of the device. After a timeout the device is used anyway.
+    pub fn wait_for_end_of_own_exchange(&mut self, own: &[Mac; 2]) -> PreflightResult<()> {
+        let until = self.wire.clock().now() + OWN_EXCHANGE_TIMEOUT;
+        let mut ticker = Ticker(Time::ZERO + TICK);
+        while self.traffic.cyclic.iter().any(|(_, to)| own.contains(to)) && self.wire.clock().now() < until {
+            self.traffic.cyclic.retain(|(_, to)| !own.contains(to));
+            let listened = self.wire.clock().now() + OWN_EXCHANGE_SILENCE;
+            self.run(&mut [(own[0].0, &mut ticker)], listened, |_| false)?;
         }
         Ok(())
     }
@@ -220,7 +239,7 @@ impl PreflightDiscovery {
                 "the device is named `{now}`, the bench says `{name}`: correct the name in the bench file, or give the consent set_name"
             ));
         }
-        let entry = JournalEntry::Changes { trial: "preflight".into(), what: vec!["set_name".into()] };
+        let entry = preflight_change(change::NAME);
         journal.add(&entry).map_err(|error| Unusable(format!("the journal cannot be written: {error}")))?;
         let value = DcpValue::NameOfStation(name.clone().into_bytes());
         let blocks = vec![DcpBlock::set(BlockQualifier::PERMANENT, value)];
@@ -241,10 +260,10 @@ impl PreflightDiscovery {
         ip: IpParameter,
         journal: &mut Journal,
     ) -> PreflightResult<bool> {
-        if station.ip.address == ip.address && station.ip.mask == ip.mask {
+        if station.ip == ip {
             return Ok(false);
         }
-        let entry = JournalEntry::Changes { trial: "preflight".into(), what: vec!["set_ip".into()] };
+        let entry = preflight_change(change::TEMPORARY_IP);
         journal.add(&entry).map_err(|error| Unusable(format!("the journal cannot be written: {error}")))?;
         let blocks = vec![DcpBlock::set(BlockQualifier::TEMPORARY, DcpValue::IpParameter(ip))];
         match self.ask(controller, ControllerRequest::DcpSet { to: station.mac, blocks })? {
@@ -341,6 +360,11 @@ impl PreflightDiscovery {
             device.address
         ))
     }
+}
+
+/// The journal's entry for a change that the preflight is about to make.
+fn preflight_change(word: &str) -> JournalEntry {
+    JournalEntry::Changes { trial: "preflight".into(), what: vec![word.to_owned()], stand: Vec::new() }
 }
 
 /// Why a DCP Set failed, for messages.

@@ -27,9 +27,19 @@ impl Fence {
         Fence { device, others: None, consent, held_back: WithheldFrames::default() }
     }
 
+    /// Sets the address of the device, as long as the other stations are not known.
+    pub fn set_device(&mut self, device: u8) {
+        self.device = device;
+    }
+
     /// Sets the addresses of the other stations.
     pub fn set_other_stations(&mut self, others: Vec<u8>) {
         self.others = Some(others);
+    }
+
+    /// The addresses of the other stations; empty if not known yet.
+    pub fn other_stations(&self) -> &[u8] {
+        self.others.as_deref().unwrap_or_default()
     }
 
     /// Whether `octets` may be sent; a frame that may not is counted.
@@ -97,7 +107,13 @@ impl Fence {
         {
             return Some(format!("a Set_Slave_Address to {new}, which another station has"));
         }
-        (!self.consent.set_address).then(|| "a Set_Slave_Address without the consent set_address".to_owned())
+        if !self.consent.set_address {
+            return Some("a Set_Slave_Address without the consent set_address".to_owned());
+        }
+        // Octets: new address, ident (two), No_Add_Chg.
+        let locks = frame.data.get(3).is_some_and(|no_change| *no_change != 0);
+        (locks && !self.consent.lock_address)
+            .then(|| "a Set_Slave_Address that locks the address, without the consent lock_address".to_owned())
     }
 }
 
@@ -168,5 +184,21 @@ mod tests {
         let mut fence = fence(given);
         assert_eq!(fence.allows(&frame(126, 0x6D, Some((55, 62)), &[new, 0x16, 0x55, 0])), goes);
         assert_eq!(fence.withheld_frames().withheld().is_none(), goes, "{:?}", fence.withheld_frames().withheld());
+    }
+
+    /// IEC 61158-6-3, Set_Slave_Address: any No_Add_Chg but 0 forbids further changes.
+    #[rstest]
+    #[case(0x00, false, true)]
+    #[case(0x01, false, false)]
+    #[case(0xFF, false, false)]
+    #[case(0x01, true, true)]
+    fn locking_an_address_needs_a_consent_of_its_own(
+        #[case] no_change: u8,
+        #[case] lock_address: bool,
+        #[case] goes: bool,
+    ) {
+        let mut fence = Fence::new(DEVICE, Consents { set_address: true, lock_address, ..Consents::default() });
+        fence.set_other_stations(vec![OTHER]);
+        assert_eq!(fence.allows(&frame(DEVICE, 0x6D, Some((55, 62)), &[6, 0x16, 0x55, no_change])), goes);
     }
 }

@@ -8,7 +8,8 @@ use results::bench_file::Consents;
 use wire::datagram::Ipv4;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::http;
-use wire::profinet::dcp::{BlockQualifier, Dcp, DcpBody, Element, ResetMode, ServiceId};
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::dcp::{BlockQualifier, Dcp, DcpBody, DcpValue, Element, ResetMode, ServiceId};
 use wire::profinet::rt::{FrameId, FrameKind};
 
 /// The filter and the frames that it withheld.
@@ -18,13 +19,20 @@ pub struct Guard {
     consent: Consents,
     /// The paths of the web pages whose forms make the device wait for other firmware.
     firmware_pages: Vec<String>,
+    /// Name and address that the device had before the run.
+    initial: Option<(Vec<u8>, IpParameter)>,
     held_back: WithheldFrames,
 }
 
 impl Guard {
     /// A filter that passes discovery, and frames to `device` once it is known.
     pub fn new(device: Option<Mac>, consent: Consents, firmware_pages: Vec<String>) -> Guard {
-        Guard { device, consent, firmware_pages, held_back: WithheldFrames::default() }
+        Guard { device, consent, firmware_pages, initial: None, held_back: WithheldFrames::default() }
+    }
+
+    /// Lets pass what puts back the name and the address that the device had before the run, whatever the consents are.
+    pub fn allow_initial(&mut self, name: Vec<u8>, ip: IpParameter) {
+        self.initial = Some((name, ip));
     }
 
     /// Whether `frame` may be sent; a frame that may not is counted.
@@ -86,6 +94,14 @@ impl Guard {
         blocks.iter().find_map(|block| {
             let qualifier = BlockQualifier(block.word.unwrap_or_default());
             let element = block.value.element();
+            let is_initial = self.initial.as_ref().is_some_and(|(name, ip)| match &block.value {
+                DcpValue::NameOfStation(value) => value == name,
+                DcpValue::IpParameter(value) => value == ip,
+                _ => false,
+            });
+            if is_initial {
+                return None;
+            }
             let (what, consent) = match element {
                 Element::NAME_OF_STATION => ("set_name", self.consent.set_name),
                 Element::IP_PARAMETER | Element::FULL_IP_SUITE if qualifier.is_permanent() => {
@@ -137,8 +153,7 @@ mod tests {
     use super::*;
     use rstest::rstest;
     use std::net::Ipv4Addr;
-    use wire::profinet::dcp::block::IpParameter;
-    use wire::profinet::dcp::{DcpBlock, DcpValue};
+    use wire::profinet::dcp::DcpBlock;
 
     const DEVICE: Mac = Mac([2, 0, 0, 0, 1, 0]);
     const OTHER: Mac = Mac([2, 0, 0, 0, 1, 1]);
@@ -178,6 +193,24 @@ mod tests {
         let said = guard.withheld_frames().summary().expect("three frames were withheld");
         assert_eq!(guard.withheld_frames().withheld(), None, "no frame to the device was withheld");
         assert!(said.starts_with("3 frame(s)") && said.contains(&OTHER.to_string()), "{said}");
+    }
+
+    #[test]
+    fn the_initial_name_and_address_need_no_consent() {
+        let mut guard = guard(Some(DEVICE), Consents::default());
+        let ip = |last| IpParameter {
+            address: Ipv4Addr::new(192, 168, 0, last),
+            mask: Ipv4Addr::new(255, 255, 0, 0),
+            gateway: Ipv4Addr::new(192, 168, 0, 1),
+        };
+        guard.allow_initial(b"pump-7".to_vec(), ip(7));
+        let name = |name: &[u8]| set(BlockQualifier::PERMANENT, DcpValue::NameOfStation(name.to_vec()));
+        let address = |last| set(BlockQualifier::PERMANENT, DcpValue::IpParameter(ip(last)));
+        assert!(guard.allows(&dcp(DEVICE, &name(b"pump-7"))) && guard.allows(&dcp(DEVICE, &address(7))));
+        assert!(!guard.allows(&dcp(DEVICE, &name(b"pump-8"))) && !guard.allows(&dcp(DEVICE, &address(8))));
+        assert!(!guard.allows(&dcp(OTHER, &name(b"pump-7"))), "only to the device");
+        let reset = Dcp::set(7, vec![DcpBlock::set(BlockQualifier(8), DcpValue::FactoryReset)]);
+        assert!(!guard.allows(&dcp(DEVICE, &reset)));
     }
 
     #[test]

@@ -2,10 +2,10 @@
 //! disk before the run continues.
 //!
 //! A journal is a file of JSON lines in the folder `encspec-journal`. Its first line describes the device as found; a closing
-//! line says that everything was restored. Unrestored changes survive a crash, and `encspec bench restore` reads them. This
-//! module must not know how anything is restored.
+//! line says that everything was restored, or why nothing more is. Unrestored changes survive a crash, and `encspec bench restore`
+//! reads them. This module must not know how anything is restored.
 
-pub use results::journal::{InitialDevice, InitialParameter, JournalEntry};
+pub use results::journal::{InitialDevice, InitialImRecord, InitialParameter, JournalEntry};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -91,18 +91,32 @@ pub struct JournalContent {
     pub found: InitialDevice,
     /// The parameters as found.
     pub parameters: Vec<InitialParameter>,
+    /// The records I&M1 to I&M4 as found.
+    pub im_records: Vec<InitialImRecord>,
     /// The changes, in words; empty if there are none.
     pub changes: Vec<String>,
+    /// The trial that was interrupted, and the names that it set at the stand.
+    pub interrupted: Option<(String, Vec<String>)>,
     /// Number of verdicts.
     pub verdicts: usize,
-    /// Whether everything was restored.
-    pub restored: bool,
+    /// Whether everything was restored, or the journal was closed on purpose.
+    pub closed: bool,
 }
 
 impl JournalContent {
     /// Whether something must still be restored.
     pub fn is_open(&self) -> bool {
-        !self.restored && !self.changes.is_empty()
+        !self.closed && (!self.changes.is_empty() || !self.stand().is_empty())
+    }
+
+    /// The names at the stand that an interrupted trial may not have set back.
+    pub fn stand(&self) -> &[String] {
+        self.interrupted.as_ref().map_or(&[], |(_, stand)| stand)
+    }
+
+    /// Whether one of the changes begins with `word`.
+    pub fn has_changed(&self, word: &str) -> bool {
+        self.changes.iter().any(|change| change.starts_with(word))
     }
 }
 
@@ -126,19 +140,34 @@ pub fn read(path: &Path) -> Result<JournalContent, JournalError> {
     let Some(JournalEntry::Found(found)) = entries.next() else {
         return Err(JournalError::NoBegin { path: path.to_owned() });
     };
-    let mut kept = JournalContent { found, parameters: Vec::new(), changes: Vec::new(), verdicts: 0, restored: false };
+    let mut kept = JournalContent {
+        found,
+        parameters: Vec::new(),
+        im_records: Vec::new(),
+        changes: Vec::new(),
+        interrupted: None,
+        verdicts: 0,
+        closed: false,
+    };
     for entry in entries {
         match entry {
-            JournalEntry::Found(_) => {}
+            JournalEntry::Found(_) | JournalEntry::Remark { .. } => {}
             JournalEntry::Parameters(parameters) => kept.parameters = parameters,
-            JournalEntry::Changes { what, .. } => {
-                kept.restored = false;
-                for word in what.into_iter().filter(|word| !kept.changes.contains(word)).collect::<Vec<_>>() {
-                    kept.changes.push(word);
+            JournalEntry::ImRecords(records) => kept.im_records = records,
+            JournalEntry::Changes { trial, what, stand } => {
+                kept.closed = false;
+                kept.interrupted = Some((trial, stand));
+                for word in what {
+                    if !kept.changes.contains(&word) {
+                        kept.changes.push(word);
+                    }
                 }
             }
-            JournalEntry::Verdict { .. } => kept.verdicts += 1,
-            JournalEntry::Restored => kept.restored = true,
+            JournalEntry::Verdict { .. } => {
+                kept.interrupted = None;
+                kept.verdicts += 1;
+            }
+            JournalEntry::Restored | JournalEntry::Closed { .. } => kept.closed = true,
         }
     }
     Ok(kept)
@@ -158,6 +187,7 @@ pub fn unrestored(folder: &Path) -> Vec<(PathBuf, JournalContent)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use results::bench_file::IpPermanence;
     use std::net::Ipv4Addr;
 
     fn found() -> InitialDevice {
@@ -176,7 +206,12 @@ mod tests {
             ip: Ipv4Addr::new(192, 168, 0, 10),
             mask: Ipv4Addr::new(255, 255, 255, 0),
             gateway: Ipv4Addr::UNSPECIFIED,
+            ip_permanence: IpPermanence::Permanent,
         }
+    }
+
+    fn changes(what: &str) -> JournalEntry {
+        JournalEntry::Changes { trial: "t".into(), what: vec![what.into()], stand: Vec::new() }
     }
 
     fn folder(name: &str) -> PathBuf {
@@ -192,7 +227,7 @@ mod tests {
         let parameters =
             vec![InitialParameter { number: 65000, subindex: 0, format: 0x43, octets: vec![0, 0, 0x12, 0x34] }];
         journal.add(&JournalEntry::Parameters(parameters.clone())).expect("written");
-        journal.add(&JournalEntry::Changes { trial: "t".into(), what: vec!["set_name".into()] }).expect("written");
+        journal.add(&changes("set_name")).expect("written");
         journal.add(&JournalEntry::Verdict { trial: "t".into(), verdict: "pass".into() }).expect("written");
         let whole = fs::read(journal.path()).expect("the file");
         let lines: Vec<usize> = (0..whole.len()).filter(|&at| whole[at] == b'\n').collect();
@@ -219,11 +254,54 @@ mod tests {
         let mut first = Journal::begin(&folder, &found()).expect("a new journal");
         let second = Journal::begin(&folder, &found()).expect("another one in the same second");
         assert_ne!(first.path(), second.path());
-        first.add(&JournalEntry::Changes { trial: "t".into(), what: vec!["set_ip".into()] }).expect("written");
+        first.add(&changes("set_ip")).expect("written");
         let open: Vec<PathBuf> = unrestored(&folder).into_iter().map(|(path, _)| path).collect();
         assert_eq!(open, [first.path()]);
         first.add(&JournalEntry::Restored).expect("written");
         assert!(unrestored(&folder).is_empty());
+    }
+
+    #[test]
+    fn a_journal_is_closed_on_purpose_with_a_reason() {
+        let folder = folder("closed");
+        let mut journal = Journal::begin(&folder, &found()).expect("a new journal");
+        journal.add(&changes("set_ip")).expect("written");
+        assert_eq!(unrestored(&folder).len(), 1);
+        journal.add(&JournalEntry::Closed { reason: "the device was replaced".into() }).expect("written");
+        assert!(unrestored(&folder).is_empty());
+        let text = fs::read_to_string(journal.path()).expect("the file");
+        assert!(text.ends_with("{\"closed\":{\"reason\":\"the device was replaced\"}}\n"), "{text}");
+    }
+
+    #[test]
+    fn an_interrupted_trial_leaves_what_it_set_at_the_stand() {
+        let folder = folder("stand");
+        let mut journal = Journal::begin(&folder, &found()).expect("a new journal");
+        let entry = |trial: &str| JournalEntry::Changes {
+            trial: trial.into(),
+            what: Vec::new(),
+            stand: vec!["power".into(), "fault.memory".into()],
+        };
+        journal.add(&entry("first")).expect("written");
+        journal.add(&JournalEntry::Verdict { trial: "first".into(), verdict: "pass".into() }).expect("written");
+        assert!(unrestored(&folder).is_empty(), "it was set back before the verdict");
+        journal.add(&entry("second")).expect("written");
+        let kept = read(journal.path()).expect("a journal");
+        assert_eq!(kept.interrupted.as_ref().map(|(trial, _)| trial.as_str()), Some("second"));
+        assert_eq!(kept.stand(), ["power", "fault.memory"]);
+        assert!(kept.is_open());
+    }
+
+    #[test]
+    fn a_journal_of_an_earlier_version_is_read() {
+        let folder = folder("earlier");
+        let journal = Journal::begin(&folder, &found()).expect("a new journal");
+        let text = fs::read_to_string(journal.path()).expect("the file");
+        let text = text.replace(",\"ip_permanence\":\"permanent\"", "");
+        let text = text + "{\"changes\":{\"trial\":\"t\",\"what\":[\"set_name\"]}}\n";
+        fs::write(journal.path(), text).expect("the file");
+        let kept = read(journal.path()).expect("a journal");
+        assert_eq!((kept.found.ip_permanence, kept.is_open()), (IpPermanence::Unknown, true));
     }
 
     #[test]

@@ -16,6 +16,7 @@ pub mod lock;
 pub mod preflight;
 pub mod profibus;
 pub mod serve;
+pub mod soak;
 pub mod stand;
 mod ticker;
 pub mod unusable;

@@ -1,6 +1,7 @@
 //! Preflight of a PROFINET bench: listens, discovers the stations, prepares the device, and decides what may run.
 //!
-//! It changes only a station name or an address that the bench file requires. This module must not know suites.
+//! It changes only a station name or an address that the bench file requires; before a restore only an address that is missing. This
+//! module must not know suites.
 
 use super::device_discovery::{ExpectedDevice, ObservedTraffic, PreflightDiscovery};
 use super::guard::Guard;
@@ -12,6 +13,7 @@ use controllers::profinet_io::{Controller, ControllerSettings, IdentifiedStation
 use description::gsdml::ReportedIdentity;
 use link::{FrameSocket, Nic, Port, SocketAddress, Wire};
 use results::bench_file::{BenchFile, LinkSpec};
+use results::journal::change;
 use station::{Duration, Time};
 use std::net::Ipv4Addr;
 use std::path::Path;
@@ -33,8 +35,8 @@ pub struct PreparedDevice {
     pub found: InitialDevice,
     /// The journal, which begins with that state.
     pub journal: Journal,
-    /// Whether a change may have to be restored.
-    pub has_changed: bool,
+    /// The changes that may have to be restored, in the words of the journal.
+    pub changes: Vec<String>,
     /// The device's own description.
     pub reported: ReportedIdentity,
     /// The device in its current state.
@@ -51,6 +53,42 @@ pub struct PreparedDevice {
     pub passive: Option<String>,
     /// Remarks for the report.
     pub notes: Vec<String>,
+}
+
+/// What a bench is prepared for.
+#[derive(Clone, Copy, Debug)]
+pub enum PreflightPurpose<'j> {
+    /// A run, with a new journal.
+    Run,
+    /// Restoring a device from an open journal, which is continued.
+    Restore {
+        /// The file.
+        journal: &'j Path,
+        /// The device as the run found it.
+        found: &'j InitialDevice,
+    },
+}
+
+impl PreflightPurpose<'_> {
+    /// The device as found and its journal: a new one that begins with `now`, or the one that is continued.
+    pub(crate) fn journal(self, now: InitialDevice) -> PreflightResult<(InitialDevice, Journal)> {
+        let folder = Path::new(journal::FOLDER);
+        match self {
+            PreflightPurpose::Run => match Journal::begin(folder, &now) {
+                Ok(journal) => Ok((now, journal)),
+                Err(error) => unusable(format!("the journal below {} cannot be written: {error}", folder.display())),
+            },
+            PreflightPurpose::Restore { journal, found } => match Journal::resume(journal) {
+                Ok(journal) => Ok((found.clone(), journal)),
+                Err(error) => unusable(format!("the journal {} cannot be written: {error}", journal.display())),
+            },
+        }
+    }
+
+    /// Whether a device is restored.
+    pub(crate) fn is_restore(self) -> bool {
+        matches!(self, PreflightPurpose::Restore { .. })
+    }
 }
 
 /// Opens the port of a link.
@@ -83,9 +121,20 @@ pub fn controller_macs(bench: &BenchFile, port: &dyn Port) -> [Mac; 2] {
 pub fn prepare(
     bench: &BenchFile,
     expected: &ExpectedDevice,
+    purpose: PreflightPurpose<'_>,
     opened: &mut dyn FnMut() -> Result<(), String>,
 ) -> PreflightResult<PreparedDevice> {
-    let port = open(&bench.link)?;
+    prepare_at(open(&bench.link)?, bench, expected, purpose, opened)
+}
+
+/// The same at a port that is open already: a process that has dropped its privileges cannot open it again.
+pub fn prepare_at(
+    port: Box<dyn Port>,
+    bench: &BenchFile,
+    expected: &ExpectedDevice,
+    purpose: PreflightPurpose<'_>,
+    opened: &mut dyn FnMut() -> Result<(), String>,
+) -> PreflightResult<PreparedDevice> {
     link::privileges::drop()?;
     opened().map_err(Unusable)?;
     let macs = controller_macs(bench, port.as_ref());
@@ -98,6 +147,7 @@ pub fn prepare(
     let mut ticker = Ticker(Time::ZERO + TICK);
     let listened = scout.wire.clock().now() + LISTEN;
     scout.run(&mut [(macs[0].0, &mut ticker)], listened, |_| false)?;
+    scout.wait_for_end_of_own_exchange(&macs)?;
     let late = scout.wire.lateness().wakes().max();
     let slack = expected.cycle * SLACK_CYCLES + late.min(expected.cycle * SLACK_CYCLES);
     let mut controller = controller(macs[0], Ipv4Addr::UNSPECIFIED, bench.mask);
@@ -106,25 +156,37 @@ pub fn prepare(
     let passive = passive(bench, &scout.traffic, &found, &others, &macs);
     let mut notes = Vec::new();
     let mut station = found.clone();
-    let found = journal_entry(bench, &station);
-    let folder = Path::new(journal::FOLDER);
-    let open_before = journal::unrestored(folder).into_iter().find(|(_, kept)| kept.found.mac == found.mac);
-    if let Some((path, _)) = open_before {
+    let now = journal_entry(bench, &station);
+    if let PreflightPurpose::Restore { found, .. } = purpose
+        && (found.vendor_id, found.device_id) != (now.vendor_id, now.device_id)
+    {
+        return unusable(format!("{} is not the device of the journal; nothing was restored", station.mac));
+    }
+    let open_before =
+        journal::unrestored(Path::new(journal::FOLDER)).into_iter().find(|(_, kept)| kept.found.mac == now.mac);
+    if let (Some((path, _)), false) = (open_before, purpose.is_restore()) {
         notes.push(format!(
             "an earlier run on this device did not restore everything ({}): run `encspec bench restore`",
             path.display()
         ));
     }
-    let begun = Journal::begin(folder, &found);
-    let mut journal = begun
-        .map_err(|error| Unusable(format!("the journal below {} cannot be written: {error}", folder.display())))?;
-    let mut has_changed = false;
-    if passive.is_none() {
-        has_changed = scout.name(bench, &mut controller, &mut station, &mut journal)?;
+    let (found, mut journal) = purpose.journal(now)?;
+    let initial_ip = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
+    scout.guard.allow_initial(found.name.clone(), initial_ip);
+    let mut changes = Vec::new();
+    if passive.is_none() && scout.name(bench, &mut controller, &mut station, &mut journal)? {
+        changes.push(change::NAME.to_owned());
     }
-    let ip = address(bench, &station, &mut notes)?;
-    let addresses = scout.free_addresses(bench, &ip, &macs, &others)?;
-    if scout.answers(macs[0], ip.address)?.into_iter().any(|mac| mac != station.mac) {
+    let ip = match purpose {
+        PreflightPurpose::Run => address(bench, &station, &mut notes)?,
+        PreflightPurpose::Restore { .. } => present_address(bench, &station, initial_ip),
+    };
+    let has_address = !ip.address.is_unspecified();
+    let addresses = match has_address {
+        true => scout.free_addresses(bench, &ip, &macs, &others)?,
+        false => [Ipv4Addr::UNSPECIFIED; 3],
+    };
+    if has_address && scout.answers(macs[0], ip.address)?.into_iter().any(|mac| mac != station.mac) {
         return unusable(format!(
             "another station has the address {} of the device: give one of them another",
             ip.address
@@ -139,9 +201,11 @@ pub fn prepare(
     if let Some((vendor, device)) = station.id {
         says.ids(vendor, device);
     }
-    if passive.is_none() {
+    if passive.is_none() && has_address {
         let mut controller = self::controller(macs[0], first, ip.mask);
-        has_changed |= scout.give_address(&mut controller, &station, ip, &mut journal)?;
+        if scout.give_address(&mut controller, &station, ip, &mut journal)? {
+            changes.push(change::TEMPORARY_IP.to_owned());
+        }
         scout.read_plugged_modules(&mut controller, &station, ip, &mut says)?;
     }
     let PreflightDiscovery { wire, guard, .. } = scout;
@@ -149,7 +213,7 @@ pub fn prepare(
         line: DeviceLine::Wire(Box::new(wire), guard),
         found,
         journal,
-        has_changed,
+        changes,
         reported: says,
         station,
         ip,
@@ -200,7 +264,9 @@ fn passive(
     own: &[Mac; 2],
 ) -> Option<String> {
     let foreign = |mac: &Mac| !own.contains(mac);
-    let with_device = |pair: &&(Mac, Mac)| pair.0 == found.mac || pair.1 == found.mac;
+    // A run of encspec that was killed leaves the device in an exchange with one of the own controllers.
+    let with_device =
+        |pair: &&(Mac, Mac)| (pair.0 == found.mac && foreign(&pair.1)) || (pair.1 == found.mac && foreign(&pair.0));
     if let Some((from, to)) = traffic.cyclic.iter().find(with_device) {
         let partner = if *from == found.mac { to } else { from };
         return Some(format!(
@@ -218,6 +284,13 @@ fn passive(
     Some(format!("another station ({other}) is on this segment, and the bench does not say `alone`"))
 }
 
+/// The address over which a device is restored: the one that it has, else its initial one or that of the bench; none if there is none.
+fn present_address(bench: &BenchFile, station: &IdentifiedStation, initial: IpParameter) -> IpParameter {
+    let has = |ip: &IpParameter| !ip.address.is_unspecified();
+    let of_bench = bench.ip.map(|address| IpParameter { address, mask: bench.mask, gateway: Ipv4Addr::UNSPECIFIED });
+    [Some(station.ip), Some(initial), of_bench].into_iter().flatten().find(has).unwrap_or(IpParameter::NONE)
+}
+
 /// The address for the device: the bench's, else its own.
 fn address(bench: &BenchFile, station: &IdentifiedStation, notes: &mut Vec<String>) -> PreflightResult<IpParameter> {
     let has = !station.ip.address.is_unspecified();
@@ -228,7 +301,22 @@ fn address(bench: &BenchFile, station: &IdentifiedStation, notes: &mut Vec<Strin
             notes.push(format!("the device keeps its address {own}, since the bench gives no consent to set_ip"));
             Ok(station.ip)
         }
-        Some(address) => Ok(IpParameter { address, mask: bench.mask, gateway: station.ip.gateway }),
+        // The same address with another mask is another address: setting it would erase a stored one.
+        Some(address) if has && address == station.ip.address && !bench.consent.set_ip => {
+            if station.ip.mask != bench.mask {
+                let (own, mask) = (station.ip.mask, bench.mask);
+                notes.push(format!(
+                    "the device keeps its subnet mask {own} instead of {mask}, since the bench gives no consent to set_ip"
+                ));
+            }
+            Ok(station.ip)
+        }
+        Some(address) => {
+            // A gateway of another subnet makes the whole block invalid.
+            let is_near = station.ip.gateway & bench.mask == address & bench.mask;
+            let gateway = if is_near { station.ip.gateway } else { Ipv4Addr::UNSPECIFIED };
+            Ok(IpParameter { address, mask: bench.mask, gateway })
+        }
         None if station.ip.address != Ipv4Addr::UNSPECIFIED => Ok(station.ip),
         None => unusable(match &bench.path {
             Some(path) => format!("the device has no IP address: say in {} by `ip` which one it gets for the run", path.display()),

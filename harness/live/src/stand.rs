@@ -5,6 +5,7 @@
 
 mod hook;
 mod operator;
+pub mod set_back;
 mod thread;
 
 use self::thread::{StandJob, StandJobResult, StandThread};

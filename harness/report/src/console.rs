@@ -6,7 +6,7 @@ use super::words::{common_need, finding, kind_of_cause, level, printable_json, r
 use plain_text::{count, printable};
 use results::ledger;
 use results::outcome::{
-    CaseFailure, CaseKind, CaseResult, DeviceFinding, DeviceRun, FailureCause, FindingSeverity, RunResult,
+    CaseFailure, CaseKind, CaseResult, DeviceFinding, DeviceRun, FailureCause, FindingSeverity, RunResult, TestedShare,
 };
 use results::verdict::Verdict;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -23,6 +23,8 @@ pub struct ConsoleOptions {
 
 /// Upper limit of the ids listed for a group of cases with the same result; the rest is counted.
 const SHOWN: usize = 4;
+/// How many lines of the bench file are named that would make cases applicable.
+const LINES: usize = 3;
 
 /// Writes the report.
 pub fn console(result: &RunResult, look: ConsoleOptions) -> String {
@@ -128,6 +130,7 @@ impl ConsoleWriter {
         if !run.variations.is_empty() {
             writeln!(self.out, "  variations    {}", run.variations.join(", "))?;
         }
+        self.tested(run)?;
         let of_kind = |kind: CaseKind| run.cases.iter().filter(move |case| case.kind == kind).map(|case| case.verdict);
         writeln!(self.out, "  cases         {}", totals(of_kind(CaseKind::Trial)))?;
         writeln!(self.out, "  rules         {}", totals(of_kind(CaseKind::Rule)))?;
@@ -157,6 +160,34 @@ impl ConsoleWriter {
         }
         self.groups(result, run, &rest)?;
         self.slow(run)
+    }
+
+    /// How much a live run could test, what would change it, and how often trials were repeated.
+    fn tested(&mut self, run: &DeviceRun) -> std::fmt::Result {
+        if let Some(share) = run.tested_share().filter(|share| share.tested < share.all) {
+            let TestedShare { tested, all, lines } = &share;
+            let cannot = if share.is_little() { ": this bench cannot test most of this device yet" } else { "" };
+            let text = format!("{tested} of {}{cannot}", count(*all, "case", "cases"));
+            let text = if share.is_little() { self.paint(Ink::Odd, &text) } else { text };
+            writeln!(self.out, "  tested        {text}")?;
+            let lines: Vec<String> = lines.iter().take(LINES).map(|(line, of)| format!("{line} ({of})")).collect();
+            if !lines.is_empty() {
+                writeln!(self.out, "                what would change most: {}", printable(&lines.join(", ")))?;
+            }
+        }
+        let repeated = run.cases.iter().filter(|case| case.repeats > 0);
+        let (times, trials) =
+            repeated.clone().fold((0, 0), |(times, of), case| (times + case.repeats as usize, of + 1));
+        if trials > 0 {
+            let spoilt = repeated.filter(|case| case.verdict == Verdict::Inconclusive).count();
+            writeln!(
+                self.out,
+                "  stalls        {} of {} because the harness or the line was late; {spoilt} still without a verdict",
+                count(times, "repetition", "repetitions"),
+                count(trials, "case", "cases")
+            )?;
+        }
+        Ok(())
     }
 
     /// Where to begin: the failures grouped by probable cause.
@@ -380,9 +411,17 @@ impl ConsoleWriter {
             parts.insert(0, red);
         }
         match status(result) {
+            ExitStatus::Green if result.runs.iter().any(is_little_tested) => {
+                let little = self.paint(Ink::Odd, "Green, but little was tested:");
+                format!("{little} {total}: {rest}.")
+            }
             ExitStatus::Green => format!("{} {total}: {rest}.", self.paint(Ink::Good, "Green:")),
             _ if rest.is_empty() => format!("{} {total}: {}.", self.paint(Ink::Bad, "Red:"), parts.join("; ")),
             _ => format!("{} {total}: {}; not red: {rest}.", self.paint(Ink::Bad, "Red:"), parts.join("; ")),
         }
     }
+}
+
+fn is_little_tested(run: &DeviceRun) -> bool {
+    run.tested_share().is_some_and(|share| share.is_little())
 }

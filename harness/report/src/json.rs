@@ -152,6 +152,16 @@ struct CaseJson<'a> {
     at: String,
     evidence: Option<&'a str>,
     reproduce: String,
+    /// How often a live trial was repeated for a stall.
+    #[serde(skip_serializing_if = "is_zero")]
+    repeats: u32,
+    /// The lines of the bench file that would make the trial applicable.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    bench_lines: &'a [String],
+}
+
+fn is_zero(number: &u32) -> bool {
+    *number == 0
 }
 
 #[derive(Serialize)]
@@ -291,6 +301,8 @@ impl<'a> CaseJson<'a> {
             at: place(&case.at),
             evidence: case.evidence.as_deref(),
             reproduce: reproduce(result, run, case),
+            repeats: case.repeats,
+            bench_lines: &case.bench_lines,
         }
     }
 }

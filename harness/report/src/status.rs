@@ -1,7 +1,7 @@
 //! Whether a result is green, neutral or red, and the result of the whole run. A run in which nothing passed is never green.
 
 use plain_text::count;
-use results::outcome::{CaseKind, CaseResult, DeviceRun, FindingSeverity, RunResult};
+use results::outcome::{CaseKind, CaseResult, DeviceRun, FindingSeverity, MinimumPass, RunResult};
 use results::verdict::{Colour, Verdict};
 use suite::model::Level;
 
@@ -45,6 +45,7 @@ pub enum ResultColour {
 pub fn result_colour(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> ResultColour {
     match (case.verdict.colour(), case.verdict) {
         (Colour::Green, _) => ResultColour::Green,
+        (Colour::Neutral, _) if result.fail_on_not_applicable => ResultColour::Red,
         (Colour::Neutral, _) => ResultColour::Neutral("not applicable"),
         (Colour::Red, Verdict::Fail) if case.level == Level::Info => {
             ResultColour::Neutral("level info is reported only")
@@ -55,16 +56,11 @@ pub fn result_colour(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> 
         (Colour::Red, Verdict::NotRun) if case.kind == CaseKind::Rule && run.filtered => {
             ResultColour::Neutral("only a part of the suite was run")
         }
-        (Colour::Red, Verdict::NotRun) if case.kind == CaseKind::Rule && !is_virtual(run) => {
+        (Colour::Red, Verdict::NotRun) if case.kind == CaseKind::Rule && !run.is_virtual() => {
             ResultColour::Neutral("the device is a live device")
         }
         (Colour::Red, _) => ResultColour::Red,
     }
-}
-
-/// Whether the device runs in this process: then every rule can be decided.
-fn is_virtual(run: &DeviceRun) -> bool {
-    ["model", "null"].contains(&run.dut.kind.as_str())
 }
 
 /// The reasons why the run as a whole fails: nothing passed, a finding is an error, the ledger is wrong.
@@ -89,6 +85,7 @@ pub fn reasons(result: &RunResult) -> Vec<String> {
             });
         }
     }
+    reasons.extend(result.min_pass.into_iter().flat_map(|least| too_few_passed(result, least)));
     for run in &result.runs {
         let errors: Vec<&str> =
             run.findings.iter().filter(|of| of.severity == FindingSeverity::Error).map(|of| of.id.as_str()).collect();
@@ -99,6 +96,17 @@ pub fn reasons(result: &RunResult) -> Vec<String> {
     }
     reasons.extend(result.ledger_notes.iter().filter(|note| note.red).map(|note| note.text.clone()));
     reasons
+}
+
+/// The devices of which fewer results than `least` passed, each in words.
+fn too_few_passed(result: &RunResult, least: MinimumPass) -> impl Iterator<Item = String> {
+    result.runs.iter().filter_map(move |run| {
+        let passed = run.cases.iter().filter(|case| case.verdict == Verdict::Pass).count();
+        let all = run.cases.len();
+        let spec = &run.dut.spec;
+        (!least.is_reached(passed, all))
+            .then(|| format!("only {passed} of {all} results passed on {spec}, and --min-pass is {least}"))
+    })
 }
 
 /// The exit status of the run.

@@ -2,7 +2,7 @@
 //!
 //! The crate `live` reads and writes the file and restores the device.
 
-use crate::bench_file::BenchFile;
+use crate::bench_file::{BenchFile, IpPermanence};
 use serde::{Deserialize, Serialize};
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
@@ -38,6 +38,9 @@ pub struct InitialDevice {
     /// Subnet mask.
     pub mask: Ipv4Addr,
     pub gateway: Ipv4Addr,
+    /// Whether the device stored its IP address; DCP cannot read it.
+    #[serde(default)]
+    pub ip_permanence: IpPermanence,
 }
 
 impl InitialDevice {
@@ -59,6 +62,7 @@ impl InitialDevice {
             ip: Ipv4Addr::UNSPECIFIED,
             mask: Ipv4Addr::UNSPECIFIED,
             gateway: Ipv4Addr::UNSPECIFIED,
+            ip_permanence: bench.ip_permanence.unwrap_or_default(),
         }
     }
 }
@@ -77,6 +81,43 @@ pub struct InitialParameter {
     pub octets: Vec<u8>,
 }
 
+/// The initial content of one of the records I&M1 to I&M4, which are stored in the device.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InitialImRecord {
+    /// API of the submodule.
+    pub api: u32,
+    pub slot: u16,
+    pub subslot: u16,
+    /// Record index, 0xAFF1 to 0xAFF4.
+    pub index: u16,
+    /// The record as it was read, with its block header.
+    pub octets: Vec<u8>,
+}
+
+/// What a lasting change is called in a journal.
+pub mod change {
+    /// Parameters that are written.
+    pub const PARAMETERS: &str = "parameters";
+    /// The prefix for writes to non-volatile memory; the number of writes may follow.
+    pub const MEMORY: &str = "nvm_write";
+    /// I&M1 to I&M4.
+    pub const IM_RECORDS: &str = "im_records";
+    /// The station name.
+    pub const NAME: &str = "set_name";
+    /// The stored IP address.
+    pub const IP: &str = "set_ip";
+    /// An IP address until power-off, which erases a stored one.
+    pub const TEMPORARY_IP: &str = "temporary_ip";
+    /// A reset to factory settings.
+    pub const FACTORY_RESET: &str = "factory_reset";
+    /// The position reference.
+    pub const POSITION_REFERENCE: &str = "position_reference";
+    /// The mode that waits for another firmware.
+    pub const FIRMWARE: &str = "firmware";
+    /// Another device, in factory state, in place of the one that was found.
+    pub const NEW_DEVICE: &str = "renew";
+}
+
 /// A line of a journal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -85,14 +126,23 @@ pub enum JournalEntry {
     Found(InitialDevice),
     /// Initial values of parameters.
     Parameters(Vec<InitialParameter>),
-    /// A trial is about to make lasting changes.
+    /// Initial contents of I&M1 to I&M4.
+    ImRecords(Vec<InitialImRecord>),
+    /// A trial is about to make lasting changes, or to use the stand.
     Changes {
         trial: String,
-        /// The consents that it uses.
+        /// The consents that it uses, and the words of [`change`].
         what: Vec<String>,
+        /// The names that it sets at the stand; they are set back before its verdict.
+        #[serde(default)]
+        stand: Vec<String>,
     },
     /// The verdict of a trial.
     Verdict { trial: String, verdict: String },
+    /// What was assumed when the device was restored, or stays different until power-off.
+    Remark { text: String },
     /// All changes were restored.
     Restored,
+    /// The journal was closed on purpose; nothing more is restored from it.
+    Closed { reason: String },
 }

@@ -13,8 +13,57 @@ pub struct RunResult {
     pub ledger_notes: Vec<LedgerNote>,
     /// Whether only `must` requirements affect the exit status (`--gate must`).
     pub gate_must: bool,
+    /// Whether results that are not applicable make the run red (`--fail-on not-applicable`).
+    pub fail_on_not_applicable: bool,
+    /// How many results of each device have to pass (`--min-pass`).
+    pub min_pass: Option<MinimumPass>,
     /// Command-line arguments to repeat in each command that reproduces a failure (`--suites DIR`).
     pub repeat: Vec<String>,
+}
+
+/// The results of a device that have to pass at least.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MinimumPass {
+    /// A number of results.
+    Results(usize),
+    /// A percentage of all results, 0 to 100.
+    Percent(u8),
+}
+
+impl MinimumPass {
+    /// Whether `passed` of `all` results are enough.
+    pub fn is_reached(self, passed: usize, all: usize) -> bool {
+        match self {
+            MinimumPass::Results(least) => passed >= least,
+            MinimumPass::Percent(least) => passed * 100 >= usize::from(least) * all,
+        }
+    }
+}
+
+/// The form of `--min-pass`: `40` or `80%`.
+impl std::str::FromStr for MinimumPass {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<MinimumPass, String> {
+        let wrong = || format!("`{text}` is no number of results; write 40, or 80% for a percentage");
+        match text.strip_suffix('%') {
+            Some(percent) => {
+                let percent = percent.trim_end().parse().ok().filter(|percent| *percent <= 100);
+                percent.map(MinimumPass::Percent).ok_or_else(wrong)
+            }
+            None => text.parse().map(MinimumPass::Results).map_err(|_| wrong()),
+        }
+    }
+}
+
+/// Formats it as `--min-pass` takes it.
+impl std::fmt::Display for MinimumPass {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            MinimumPass::Results(least) => write!(f, "{least}"),
+            MinimumPass::Percent(least) => write!(f, "{least}%"),
+        }
+    }
 }
 
 /// A note on the ledger of known failures.
@@ -208,6 +257,10 @@ pub struct CaseResult {
     pub at: Location,
     /// The capture that it wrote, if any.
     pub evidence: Option<String>,
+    /// How often a live trial was repeated because the harness or the line was late.
+    pub repeats: u32,
+    /// For a live trial that is not applicable: the lines of the bench file, or options, that would change it.
+    pub bench_lines: Vec<String>,
 }
 
 /// How the note begins that something was later than a limit which no manual prints.
@@ -269,6 +322,8 @@ pub enum FailureCause {
     /// Link, stand or permissions.
     Environment,
     Suite,
+    /// Nothing was judged, so no party is to blame.
+    Undecided,
 }
 
 impl FailureCause {
@@ -279,6 +334,7 @@ impl FailureCause {
             FailureCause::Harness => "harness",
             FailureCause::Environment => "environment",
             FailureCause::Suite => "suite",
+            FailureCause::Undecided => "undecided",
         }
     }
 }
@@ -334,7 +390,48 @@ pub struct FailurePosition {
     pub filter: String,
 }
 
+/// How much of what was selected a run could judge on a live device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TestedShare {
+    /// Number of trials with a verdict on the device or the bench.
+    pub tested: usize,
+    /// Number of trials.
+    pub all: usize,
+    /// The lines of the bench file, or options, that would make most trials applicable, each with their number; the most first.
+    pub lines: Vec<(String, usize)>,
+}
+
+impl TestedShare {
+    /// Whether most trials were not applicable or did not run.
+    pub fn is_little(&self) -> bool {
+        self.tested * 2 < self.all
+    }
+}
+
 impl DeviceRun {
+    /// Whether the device runs in this process: then every rule can be decided.
+    pub fn is_virtual(&self) -> bool {
+        ["model", "null"].contains(&self.dut.kind.as_str())
+    }
+
+    /// How much of the selected trials was tested; `None` for a device in this process, and if only rules were judged.
+    pub fn tested_share(&self) -> Option<TestedShare> {
+        let trials = || self.cases.iter().filter(|case| case.kind == CaseKind::Trial);
+        if self.is_virtual() || trials().next().is_none() {
+            return None;
+        }
+        let tested = trials().filter(|case| !matches!(case.verdict, Verdict::NotApplicable | Verdict::NotRun)).count();
+        let mut lines: Vec<(String, usize)> = Vec::new();
+        for line in trials().flat_map(|case| &case.bench_lines) {
+            match lines.iter_mut().find(|(known, _)| known == line) {
+                Some((_, number)) => *number += 1,
+                None => lines.push((line.clone(), 1)),
+            }
+        }
+        lines.sort_by(|(one, of_one), (other, of_other)| of_other.cmp(of_one).then_with(|| one.cmp(other)));
+        Some(TestedShare { tested, all: trials().count(), lines })
+    }
+
     /// Number of results with each verdict.
     pub fn summary(&self) -> Vec<(Verdict, usize)> {
         Verdict::ALL

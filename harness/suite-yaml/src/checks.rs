@@ -21,7 +21,7 @@ pub(super) fn any_step(steps: &[TrialStep], test: &dyn Fn(&TrialStep) -> bool) -
 pub(super) fn is_check(step: &TrialStep) -> bool {
     match &step.verb {
         Verb::Expect { .. } | Verb::Read { .. } => true,
-        Verb::Send { service, .. } => is_answered(service),
+        Verb::Send { service, answer, .. } => is_answered(service, answer.as_ref()),
         Verb::Write(access) => access.answer.is_some(),
         Verb::Connect { answer, .. } => answer.is_some(),
         Verb::Block { observe, .. } => !observe.is_empty(),
@@ -51,7 +51,7 @@ pub(super) fn wants_life(step: &TrialStep) -> bool {
         Verb::Expect { condition, .. } => !gone(condition),
         Verb::Read { .. } => true,
         Verb::Write(access) => answered(&access.answer),
-        Verb::Send { service, answer, .. } => is_answered(service) && answered(answer),
+        Verb::Send { service, answer, .. } => is_answered(service, answer.as_ref()) && answered(answer),
         Verb::Connect { answer, .. } => answered(answer),
         Verb::Exchange(entries) => entries.iter().filter_map(|entry| entry.expect.as_ref()).any(|of| !gone(of)),
         Verb::Block { observe, .. } => observe.iter().any(|rule| match rule {
@@ -63,13 +63,14 @@ pub(super) fn wants_life(step: &TrialStep) -> bool {
     }
 }
 
-/// Whether a service has an answer; one without an answer says nothing about the device.
-fn is_answered(service: &AcyclicService) -> bool {
+/// Whether a service has an answer; one without an answer says nothing about the device. What comes after a damaged frame is judged
+/// only where the suite says what is right.
+fn is_answered(service: &AcyclicService, answer: Option<&AnswerMatcher>) -> bool {
     match service {
-        AcyclicService::Lldp { .. }
-        | AcyclicService::Abort
-        | AcyclicService::Broken(_)
-        | AcyclicService::Dp(DpService::GlobalControl { .. }) => false,
+        AcyclicService::Broken(_) => answer.is_some(),
+        AcyclicService::Lldp { .. } | AcyclicService::Abort | AcyclicService::Dp(DpService::GlobalControl { .. }) => {
+            false
+        }
         AcyclicService::DcpReset { .. }
         | AcyclicService::DcpSignal
         | AcyclicService::DcpIdentify(_)

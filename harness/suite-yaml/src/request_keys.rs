@@ -54,6 +54,7 @@ key_set! {
         rt_class may Whole(1, 3), "RT class of both IOCRs: 1, 2 or 3.";
         slot may Whole(0, 0xFFFF), "Slot in which the module is expected.";
         dap_ident may Whole(0, 0xFFFF_FFFF), "Ident of the module in slot 0.";
+        byte_order may Only("little"), "`little`: the RPC headers are little-endian.";
         ip may Only("none"), "`none`: no address is given; the device is called where it is.";
         parameter_pause may Time, "How long the controller waits before it sends the end of the parameters.";
     }

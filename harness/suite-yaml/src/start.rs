@@ -171,6 +171,11 @@ impl StepScope<'_, '_> {
                 },
                 ("slot", _) => StartDeviation::Slot(self.number(value, "a slot")?),
                 ("dap_ident", _) => StartDeviation::AccessPointIdent(self.number(value, "an ident")?),
+                ("byte_order", _) if value.text("a byte order")? == "little" => StartDeviation::LittleEndian,
+                ("byte_order", _) => {
+                    let mistake = value.wrong("`byte_order` is `little` here");
+                    return Err(mistake.help("without it the RPC headers are big-endian"));
+                }
                 ("ip", _) if is_none(value) => StartDeviation::NoAddress,
                 ("ip", _) => {
                     let mistake = value.wrong("`ip` is `none` here");

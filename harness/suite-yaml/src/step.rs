@@ -20,7 +20,8 @@ use rustc_hash::FxHashMap;
 use suite::Location;
 use suite::device::{DeviceDescription, NameKind};
 use suite::model::{
-    ExchangeEntry, FailureSubject, HoldTime, ManualReading, SetValue, Setting, TrialStep, Turn, TurnAngle, Verb,
+    AcyclicService, ExchangeEntry, FailureSubject, HoldTime, ManualReading, SetValue, Setting, TrialStep, Turn,
+    TurnAngle, Verb,
 };
 
 /// The requirements of each name of a check that has its own, by the place of the name.
@@ -250,6 +251,13 @@ impl<'f, 'm> StepContext<'f, 'm> {
             },
             VerbWord::Send => {
                 let (service, asked) = frame.service(value)?;
+                if let (Some(answer), AcyclicService::Broken(_)) = (answer, &service)
+                    && frame.names.device().profibus().is_none()
+                {
+                    return Err(answer
+                        .wrong("what comes after a damaged frame is not judged on PROFINET")
+                        .help("leave `answer` out, and judge what the device does next"));
+                }
                 let answer = answer.map(|node| frame.answer(node, asked)).transpose()?;
                 Verb::Send { service, answer, second, to: by.to }
             }

@@ -9,6 +9,7 @@ mod parameter_type;
 mod profibus;
 mod profinet;
 mod timing;
+mod variant_identification;
 
 pub use answer_part::AnswerPart;
 pub use bus::{Bus, DeviceBus, ModuleBus, PerBus};
@@ -19,6 +20,7 @@ pub use profibus::{
 };
 pub use profinet::{ProfinetFacts, ProfinetIdentity};
 pub use timing::{DeviceTiming, OurSpan, PATIENCE, PrintedSpan, STANDARD_TIMES};
+pub use variant_identification::{ExpectedNumber, VariantIdentification, VariantValue, VariantValueSource};
 
 use expression::{Program, Value, WordTable};
 use serde::{Deserialize, Serialize};
@@ -51,6 +53,8 @@ pub struct DeviceDescription {
     pub title: String,
     /// Names of the variants.
     pub variants: Vec<String>,
+    /// How a device shows which variant it is.
+    pub variant_identification: VariantIdentification,
     /// Times and tolerances.
     pub timing: DeviceTiming,
     /// Signals in the cyclic data.
@@ -83,6 +87,15 @@ impl DeviceDescription {
             Changed::Page(page) => self.pages.get(*page),
             _ => None,
         })
+    }
+
+    /// The question that decides between these variants (indices into `variants`), and how a bench file answers it.
+    pub fn variant_question(&self, left: &[usize]) -> String {
+        let names = left.iter().filter_map(|index| self.variants.get(*index));
+        let names: Vec<String> = names.map(|variant| format!("`{}/{variant}`", self.name)).collect();
+        let question = self.variant_identification.question.trim();
+        let question = if question.is_empty() { "Which variant is it?" } else { question };
+        format!("{question} Write {}.", names.join(" or "))
     }
 
     /// The facts of a device on PROFINET.
@@ -326,11 +339,20 @@ pub struct DeviceRecord {
     pub with: Option<Vec<usize>>,
     /// Its fields in the order of the file.
     pub fields: Vec<RecordField>,
+    /// The bytes before fields are written into them, from a description; empty: all 0.
+    pub template: Vec<u8>,
     /// Source of the layout.
     pub origin: Origin,
 }
 
 impl DeviceRecord {
+    /// The bytes before any field is written into them.
+    pub fn bytes(&self) -> Vec<u8> {
+        let mut bytes = self.template.clone();
+        bytes.resize(self.octets, 0);
+        bytes
+    }
+
     /// Whether the start-up of this module (index into `modules`) sends it.
     pub fn starts(&self, module: usize) -> bool {
         self.start && self.with.as_ref().is_none_or(|with| with.contains(&module))
@@ -358,6 +380,8 @@ pub struct RecordField {
     pub range: (Option<i128>, Option<i128>),
     /// Whether it is a text.
     pub text: bool,
+    /// Other names that manual and descriptions have for it.
+    pub called: Vec<String>,
     /// Source of the layout.
     pub origin: Origin,
 }

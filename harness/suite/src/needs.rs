@@ -56,6 +56,22 @@ impl BenchNeed {
             _ => None,
         }
     }
+
+    /// The line of a bench file, or the option of `encspec run`, that says whether a bench serves it; `None` if no line helps.
+    pub fn bench_line(&self) -> Option<String> {
+        match self {
+            BenchNeed::Stand(ability) => Some(format!("stand {}", ability.group())),
+            BenchNeed::Consent(Consent::NvmWrite(_)) => Some("consent nvm_write".to_owned()),
+            BenchNeed::Consent(consent) => Some(format!("consent {consent}")),
+            BenchNeed::Claim(ClaimedFeature::Module(_)) => Some("telegrams".to_owned()),
+            BenchNeed::Claim(ClaimedFeature::Name(_)) => Some("lacks".to_owned()),
+            BenchNeed::Page(_) => Some("pages".to_owned()),
+            BenchNeed::DirectCable => Some("direct_cable".to_owned()),
+            BenchNeed::Long { .. } => Some("--long".to_owned()),
+            BenchNeed::Rate(_) if self.never_live().is_none() => Some("line baud".to_owned()),
+            BenchNeed::BitTiming | BenchNeed::Rate(_) | BenchNeed::Virtual(_) => None,
+        }
+    }
 }
 
 /// An ability of a stand.
@@ -99,6 +115,26 @@ pub enum Ability {
     Counter(String),
 }
 
+impl Ability {
+    /// What the ability is about: all abilities that move the shaft are one, and so are all LEDs.
+    fn group(&self) -> &'static str {
+        match self {
+            Ability::Power => "power",
+            Ability::Link => "link",
+            Ability::Moves | Ability::Turn { .. } | Ability::Place | Ability::Speed { .. } | Ability::Acceleration => {
+                "shaft"
+            }
+            Ability::Delivery => "device",
+            Ability::Voltage | Ability::Temperature => "supply",
+            Ability::Fault(_) => "fault",
+            Ability::Button(_) => "button",
+            Ability::Switch(_) => "switch",
+            Ability::Led(_) => "led",
+            Ability::Counter(_) => "counter",
+        }
+    }
+}
+
 /// A lasting change that needs a consent in the bench file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Consent {
@@ -110,6 +146,10 @@ pub enum Consent {
     SetIp,
     /// Change of the station address over the bus (PROFIBUS).
     SetAddress,
+    /// Overwriting I&M1 to I&M4, which carry the plant's tags.
+    ImRecords,
+    /// Locking of the station address until the device is reset.
+    LockAddress,
     /// Maximum number of writes to non-volatile memory.
     NvmWrite(u32),
     /// Preset of the position.
@@ -149,6 +189,8 @@ impl fmt::Display for Consent {
             Consent::SetName => f.write_str("set_name"),
             Consent::SetIp => f.write_str("set_ip"),
             Consent::SetAddress => f.write_str("set_address"),
+            Consent::ImRecords => f.write_str("im_records"),
+            Consent::LockAddress => f.write_str("lock_address"),
             Consent::NvmWrite(writes) => write!(f, "nvm_write ({writes})"),
             Consent::PositionReference => f.write_str("position_reference"),
             Consent::Firmware => f.write_str("firmware"),

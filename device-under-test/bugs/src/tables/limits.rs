@@ -111,6 +111,8 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.encoder.element(steps_rounded_up);
             "round-axis-mode-from-0" "P1009 reads 0 for off and 1 for on."
                 => |d| d.encoder.element(|_, at, right| if at == (1009, 0) { right - 1 } else { right });
+            "round-axis-on-with-each-write" "A write to P1009 switches the round axis on, whatever the mode is."
+                => |d| round_axis_on_with_each_write(d);
             "code-sequence-not-of-round-axis" "The code sequence has no effect on the round axis."
                 => |d| d.telegram.acts_on(|signal, _, settings| match settings.gear {
                     Some(_) if signal != InputSignal::NistB => MeasuringSettings { direction: CountingDirection::Clockwise, ..settings },
@@ -269,6 +271,17 @@ pub static GROUPS: &[Group] = &[
         },
     },
 ];
+
+fn round_axis_on_with_each_write(d: &mut Deviations) {
+    let is_written = Rc::new(Cell::new(false));
+    let (written, started) = (is_written.clone(), is_written.clone());
+    d.encoder.starts(move |_| started.set(false));
+    d.encoder.written(move |_, (number, _), values| {
+        written.set(written.get() || number == 1009);
+        values
+    });
+    d.sick.check(move |check, right| right || check == hooks::SickCheck::RoundAxis && is_written.get());
+}
 
 /// Bit of S_STAT_A for a speed beyond its limits, and the same bit of S_STAT_B for the frequency.
 const SPEED_OUTSIDE: u16 = 1 << 5;

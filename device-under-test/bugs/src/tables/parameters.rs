@@ -93,6 +93,13 @@ pub static GROUPS: &[Group] = &[
                     parameter.values.truncate(parameter.values.len() - usize::from(number == 980));
                     parameter
                 });
+            "number-list-ends-with-ffff" "P980 ends with an element FFFFh."
+                => |d| d.encoder.parameter(|_, number, mut parameter| {
+                    if number == 980 {
+                        parameter.values.push(0xFFFF);
+                    }
+                    parameter
+                });
             "number-list-of-another-device" "P980 lists wrong parameter numbers."
                 => |d| d.encoder.element(|_, at, right| if at.0 == 980 { right + 1 } else { right });
         },

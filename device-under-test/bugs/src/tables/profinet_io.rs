@@ -4,6 +4,7 @@ use super::{Deviation, Group};
 use crate::needs::Need;
 use device_stack::profinet::{DiagnosisSeverity, StackCheck};
 use reference_devices::manuals;
+use wire::octets::ByteOrder;
 
 /// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
@@ -13,6 +14,8 @@ const BUGS: &[Deviation] = bugs! {
         => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::Name(_)));
     "no-name-taken" "Every name is refused."
         => |d| d.stack.check(|check, right| right && !matches!(check, StackCheck::Name(_)));
+    "little-endian-calls-garbled" "The NDR header of a little-endian call is read as big-endian, so the call fails."
+        => |d| d.stack.call(|_, header, body| if header.order() == ByteOrder::Little { body.clear() });
     "name-lost-at-power-off" "The station name is lost at power-off."
         => |d| d.stack.set_station(|_, _, stored| stored.name.clear());
     "outputs-reversed" "The bytes of the outputs are used in reverse order."

@@ -19,6 +19,11 @@ macro_rules! hooks {
                 self.0.push(alloc::boxed::Box::new(deviation));
             }
 
+            /// Adds a deviation that acts before all others.
+            pub fn add_first(&mut self, deviation: impl $hooks + 'static) {
+                self.0.insert(0, alloc::boxed::Box::new(deviation));
+            }
+
             /// The handle that a device is built with.
             pub fn attached(self) -> device_stack::Attached<dyn $hooks> {
                 if self.0.is_empty() {
@@ -80,12 +85,14 @@ macro_rules! hook {
 pub mod a3m60;
 pub mod amt58;
 pub mod encoder;
+pub mod idents;
 mod last_cycles;
 pub mod late;
 pub mod measuring;
 pub mod sick;
 pub mod slave;
 pub mod stack;
+pub mod start_layout;
 pub mod web;
 
 use encoder_profile::checks::AttachedChecks;
@@ -122,6 +129,10 @@ pub struct Deviations {
     pub stack: stack::Stack,
     /// Late and additional frames of the PROFINET stack.
     pub late: late::LateFrames,
+    /// Other idents of modules and submodules.
+    pub idents: idents::IdentMask,
+    /// Other places of the start parameters, with those of the device.
+    pub start_layout: Option<(start_layout::StartTable, start_layout::StartLayout)>,
     /// At the hooks of the web server of the XAC77.
     pub web: web::WebServer,
     /// At the hooks of the parts that the SICK encoders share.
@@ -135,6 +146,16 @@ pub struct Deviations {
 impl Deviations {
     /// Attaches all of them; a device is built with the result.
     pub fn attached(mut self) -> DeviceDeviations {
+        // All others see the idents of the manual's tables.
+        if !self.idents.is_empty() {
+            let mask = self.idents;
+            self.stack.plugs(move |plugs| plugs.iter_mut().for_each(|plug| mask.apply(plug)));
+            self.encoder.add_first(idents::OwnIdents(mask));
+        }
+        // All others see the start parameters at the places of the device.
+        if let Some((table, layout)) = self.start_layout {
+            layout.attach(table, &mut self.encoder, &mut self.slave);
+        }
         // They act last, on the frames as all others have made them.
         if !self.late.is_empty() {
             self.stack.add(self.late);

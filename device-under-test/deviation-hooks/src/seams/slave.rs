@@ -105,6 +105,11 @@ impl SlaveDeviations {
         self.add(RequestHook(SapService::Slave(of), change));
     }
 
+    /// Like [`request`](SlaveDeviations::request), but before all other deviations.
+    pub fn request_first(&mut self, of: SlaveSap, change: impl FnMut(&mut Vec<u8>) -> bool + 'static) {
+        self.hooks.insert(0, Box::new(RequestHook(SapService::Slave(of), change)));
+    }
+
     /// Changes each Set_Prm before the slave handles it.
     pub fn set_prm(&mut self, mut change: impl FnMut(&mut SetPrm) + 'static) {
         self.request(SlaveSap::SET_PRM, move |data| {

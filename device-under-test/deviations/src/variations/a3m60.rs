@@ -257,11 +257,11 @@ pub static GROUPS: &[Group] = &[Group {
         "range-rounded-down" "A range that is no power of two of the revolutions is rounded down to the next one."
             "section 3.6.10 says must and not what happens"
             => |d| d.fields(range_rounded_down);
-        "factory-range-limited-on-the-round-axis" "With the factory values the round axis has a range of 40000000h."
-            "section 4.4.5, total resolution 2147483648; section 3.6.14: at most 1073741824"
+        "factory-range-limited-on-the-round-axis" "With the factory values the round axis has a range of 04000000h, all steps of 4096 revolutions."
+            "section 4.4.5, total resolution 2147483648; section 3.6.14: at most 1073741824, and silent about what happens to more"
             => |d| d.fields(|fields| {
                 let is_of_factory = fields.has_axis() && (fields.nominator, fields.divisor, fields.range) == (4096, 1, 1 << 31);
-                UserByteFields { range: if is_of_factory { 1 << 30 } else { fields.range }, ..fields }
+                UserByteFields { range: if is_of_factory { 1 << 26 } else { fields.range }, ..fields }
             });
         // Presets
         "button-always-sets-0" "The button sets the position to 0."

@@ -28,12 +28,15 @@ mod requests;
 mod rounding;
 mod sendix;
 mod sendix_state;
+mod start_layouts;
 mod xac77;
 mod xac77_signals;
 
 use deviation_hooks::Group;
 
 pub use encoder::POSITION_NOISE;
+pub use profinet::description::{CHANGES, DescriptionChange};
+pub use start_layouts::{ELSEWHERE, seed as start_layout_seed, start_layout};
 
 /// The variations, by topic.
 pub static GROUPS: &[&[Group]] = &[
@@ -43,12 +46,15 @@ pub static GROUPS: &[&[Group]] = &[
     encoder::GROUPS,
     profibus::GROUPS,
     profinet::cyclic::GROUPS,
+    profinet::description::GROUPS,
     profinet::discovery::GROUPS,
     profinet::identity::GROUPS,
     profinet::path::GROUPS,
+    profinet::ports::GROUPS,
     profinet::rpc::GROUPS,
     profinet::startup::GROUPS,
     profinet::times::GROUPS,
     sendix::GROUPS,
+    start_layouts::GROUPS,
     xac77::GROUPS,
 ];

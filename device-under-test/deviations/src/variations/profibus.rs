@@ -1,7 +1,8 @@
 //! What a PROFIBUS slave may do, whatever the manual of the encoder says.
 
 use super::profibus_state::{
-    AcknowledgedForeigners, AnnouncedDiagnosis, FirstDiagnoses, LongAcknowledgement, jittering_bits,
+    AcknowledgedForeigners, AnnouncedDiagnosis, FirstDiagnoses, LongAcknowledgement, MaxTsdrOfTheRate,
+    diagnosis_in_portions, jittering_bits,
 };
 use crate::needs::Need;
 use crate::seams::slave::{diagnosis_response, frame, with_data};
@@ -12,6 +13,8 @@ use device_stack::profibus::SlaveStackCheck;
 use reference_devices::manuals;
 use wire::profibus::diag::{Status1, Status2};
 use wire::profibus::fdl::{AnswerFunction, BitTimes, DataFrame, FdlFormat, FdlFrame, FunctionCode, StationType};
+use wire::profibus::prm::Dpv1Status1;
+use wire::profibus::sap::{SapService, SlaveSap};
 
 /// The variations, by what they need.
 pub static GROUPS: &[Group] = &[
@@ -37,6 +40,18 @@ pub static GROUPS: &[Group] = &[
                         if is_late { BitTimes(min_tsdr.0.max(60)) } else { min_tsdr }
                     });
                 };
+            "station-delay-of-each-number" "The time from request to answer is 11 bits, then 12, and so on up to 60."
+                "MaxTsdr of the GSD; IEC 61158-4-3, station delay of a responder: any time between min TSDR and max TSDR"
+                => |d| {
+                    let mut bits = 10;
+                    d.slave.delay(move |min_tsdr| {
+                        bits = if bits < 60 { bits + 1 } else { 11 };
+                        BitTimes(min_tsdr.0.max(bits))
+                    });
+                };
+            "answers-at-max-tsdr-of-the-rate" "Answers come as late as MaxTsdr of the GSD permits at the rate of the bus, for instance 100 bits at 500 kbit/s and 800 at 12 Mbit/s."
+                "MaxTsdr of the GSD; IEC 61158-4-3, station delay of a responder; the slot time at these rates is longer"
+                => |d| d.slave.add(MaxTsdrOfTheRate::default());
             "long-acknowledgements" "A request without an answer is acknowledged by a frame without data (FC 00h) instead of E5h."
                 "IEC 61158-4-3: the short acknowledgement E5h stands for an acknowledgement frame, and may be used instead"
                 => |d| d.slave.add(LongAcknowledgement::default());
@@ -46,6 +61,11 @@ pub static GROUPS: &[Group] = &[
             "diagnosis-with-high-priority" "The response to Slave_Diag has high priority (FC 0Ah)."
                 "IEC 61158-4-3: DL and DH are both responses with data; IEC 61158-6-3 gives DH a meaning in Data_Exchange only"
                 => |d| d.slave.answer(|telegram| if diagnosis_response(telegram).is_some() {
+                    set_function(telegram, AnswerFunction::DATA_HIGH);
+                });
+            "other-responses-with-high-priority" "The responses to Get_Cfg, RD_Inp, RD_Outp and to a poll for a record have high priority (FC 0Ah)."
+                "IEC 61158-4-3: DL and DH are both responses with data; IEC 61158-6-3 gives DH a meaning in Data_Exchange only"
+                => |d| d.slave.answer(|telegram| if is_response_of_a_service(telegram) {
                     set_function(telegram, AnswerFunction::DATA_HIGH);
                 });
 
@@ -87,6 +107,12 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.slave.add(AcknowledgedForeigners::default());
 
             // Data exchange
+            "fail-safe-without-its-bit" "A Data_Exchange without data clears the outputs, whatever Set_Prm says of Fail_Safe."
+                "Fail_Safe of the GSD: in Clear the slave takes telegrams without data; the bit of Set_Prm came with DP-V1"
+                => |d| d.slave.set_prm(|prm| if let Some(first) = prm.user.first_mut() { *first |= Dpv1Status1::FAIL_SAFE.0 });
+            "without-fail-safe" "A Data_Exchange without data has the wrong length, whatever Set_Prm says of Fail_Safe."
+                "Fail_Safe of the GSD may be 0: the manuals print no GSD"
+                => |d| d.slave.set_prm(|prm| if let Some(first) = prm.user.first_mut() { *first &= !Dpv1Status1::FAIL_SAFE.0 });
             "diagnosis-announced-at-start" "The first answers in data exchange have high priority (FC 0Ah), until the diagnosis is read."
                 "IEC 61158-6-3, Data_Exchange: DH while there is a diagnosis that the master has not read; when it is new, is the slave's choice"
                 => |d| d.slave.add(AnnouncedDiagnosis::once());
@@ -119,6 +145,9 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Of(&manuals::SICK_A3M60)],
         deviations: permitted! {
+            "diagnosis-in-portions" "A diagnosis with several blocks is sent in turns, a block in each response, with Ext_Diag_Overflow."
+                "IEC 61158-6-3, Ext_Diag_Overflow: more diagnoses than fit; section 5.4.1 prints no highest length (Max_Diag_Data_Len of the GSD)"
+                => |d| d.slave.diagnosis(diagnosis_in_portions(3));
             "records-at-once" "The response to a record is available for the first poll."
                 "IEC 61158-6-3, MS1 and MS2: the master polls until the response is available; no time is given"
                 => |d| d.slave.record_time(|_| Duration::ZERO);
@@ -134,6 +163,16 @@ pub static GROUPS: &[Group] = &[
         },
     },
 ];
+
+/// Whether a telegram is the response of a service other than Data_Exchange and Slave_Diag.
+fn is_response_of_a_service(telegram: &[u8]) -> bool {
+    frame(telegram).is_some_and(|frame| {
+        let has_data = frame.fc.answered().is_some_and(AnswerFunction::has_data);
+        let is_other =
+            !matches!(SapService::of(&frame), SapService::DataExchange | SapService::Slave(SlaveSap::SLAVE_DIAG));
+        has_data && is_other
+    })
+}
 
 /// Replaces the function of a response.
 pub(super) fn set_function(telegram: &mut Vec<u8>, function: AnswerFunction) {

@@ -6,7 +6,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use device_stack::profibus::{SlaveApplication, SlaveHooks, SlaveStackCheck};
 use wire::profibus::cfg::IoLengths;
-use wire::profibus::diag::{Status1, Status2};
+use wire::profibus::diag::{SlaveDiag, Status1, Status2, Status3};
 use wire::profibus::fdl::{
     AnswerFunction, BitTimes, DataFrame, Extension, FdlFormat, FdlFrame, FunctionCode, StationType,
 };
@@ -115,7 +115,7 @@ impl SlaveHooks for FirstDiagnoses {
 
 /// Announces the diagnosis in Data_Exchange by high priority until it is read.
 pub(super) struct AnnouncedDiagnosis {
-    /// After how many answers it is announced again.
+    /// After how many answers it is announced again; `None` for the first answer of a data exchange only.
     every: Option<u32>,
     answers: u32,
     is_pending: bool,
@@ -135,8 +135,7 @@ impl AnnouncedDiagnosis {
 
 impl SlaveHooks for AnnouncedDiagnosis {
     fn configuration(&mut self, _: &dyn SlaveApplication, _: &[u8], right: Option<IoLengths>) -> Option<IoLengths> {
-        self.answers = 0;
-        self.is_pending = self.every.is_none() && right.is_some();
+        (self.answers, self.is_pending) = (0, false);
         right
     }
 
@@ -153,11 +152,53 @@ impl SlaveHooks for AnnouncedDiagnosis {
             return;
         }
         self.answers += 1;
-        if self.every.is_some_and(|every| self.answers >= every) {
-            (self.answers, self.is_pending) = (0, true);
+        match self.every {
+            Some(every) if self.answers >= every => (self.answers, self.is_pending) = (0, true),
+            None if self.answers == 1 => self.is_pending = true,
+            _ => {}
         }
         if self.is_pending {
             set_function(telegram, AnswerFunction::DATA_HIGH);
         }
+    }
+}
+
+/// Answers at the MaxTsdr that the GSD has for the rate of the bus.
+#[derive(Default)]
+pub(super) struct MaxTsdrOfTheRate {
+    rate: u32,
+}
+
+impl SlaveHooks for MaxTsdrOfTheRate {
+    fn check(&mut self, _: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
+        if let SlaveStackCheck::Rate(rate) = check {
+            self.rate = rate;
+        }
+        verdict
+    }
+
+    fn delay(&mut self, right: BitTimes) -> BitTimes {
+        let most = match self.rate {
+            45_450 | 3_000_000 => 250,
+            500_000 => 100,
+            1_500_000 => 150,
+            6_000_000 => 450,
+            12_000_000 => 800,
+            _ => 60,
+        };
+        BitTimes(right.0.max(most))
+    }
+}
+
+/// Sends one block of the diagnosis after the other, each with Ext_Diag_Overflow.
+pub(super) fn diagnosis_in_portions(octets: usize) -> impl FnMut(&mut SlaveDiag, &DataFrame<'_>) + 'static {
+    let mut turn = 0_usize;
+    move |diagnosis, _| {
+        if diagnosis.ext.len() <= octets {
+            return;
+        }
+        turn = (turn + 1) % diagnosis.ext.len().div_ceil(octets);
+        diagnosis.ext = diagnosis.ext.chunks(octets).nth(turn).unwrap_or_default().to_vec();
+        diagnosis.status_3 = diagnosis.status_3.with(Status3::EXT_DIAG_OVERFLOW);
     }
 }

@@ -94,6 +94,12 @@ static PARAMETERS: &[Deviation] = permitted! {
     "errors-with-a-subindex" "Each error is followed by the subindex at which it occurred."
         "the manual is silent: PROFIdrive makes it optional (15 has only figures)"
         => |d| d.encoder.refuse(|_, _, error| error.map(|error| ParameterError { subindex: error.subindex.or(Some(0)), ..error }));
+    "one-parameter-at-a-time" "A request for several parameters is refused for each of them."
+        "the manual is silent: 15 has only figures; PROFIdrive has error 23h for devices that serve one parameter per request"
+        => |d| d.checks.check(|check, right| match check {
+            EncoderCheck::ParameterCount(count) => right && count < 2,
+            _ => right,
+        });
     "any-axis-answered" "A request for any drive object is answered."
         "the manual is silent: PROFIdrive lets a device with one object ignore the number in local access"
         => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::Axis(_)));
@@ -135,7 +141,7 @@ static RECORDS_AND_MEMORY: &[Deviation] = permitted! {
         });
     "record-in-force-at-once" "A record that is written during data exchange takes effect."
         "11.4 describes the record for start-up only"
-        => |d| d.checks.set(EncoderCheck::RecordActsAtOnce, true);
+        => |d| d.checks.set(EncoderCheck::RecordInExchange, true);
     "preset-value-limited" "A preset value beyond the range is refused."
         "11.3 gives P65000 no limits"
         => |d| d.checks.check(|check, right| match check {

@@ -6,7 +6,7 @@ use super::records::{Ms2Request, RECORD_TIME};
 use super::slave::{PoweredSlave, SlaveEnv};
 use alloc::vec::Vec;
 use core::time::Duration;
-use wire::profibus::fdl::{AnswerFunction, BROADCAST, DataFrame, FdlFrame, RequestFunction, UNNAMED};
+use wire::profibus::fdl::{AnswerFunction, BROADCAST, BitTimes, DataFrame, FdlFrame, RequestFunction, UNNAMED};
 use wire::profibus::sap::{MasterSap, SlaveSap};
 
 impl PoweredSlave {
@@ -37,8 +37,8 @@ impl PoweredSlave {
 
     fn serve(&mut self, env: &mut SlaveEnv<'_>, function: RequestFunction, frame: &DataFrame<'_>) {
         let own = self.address;
-        let delay = self.hooks.apply(self.link.delay, |hooks, delay| hooks.delay(delay));
         if self.check(env, SlaveStackCheck::Repetition, self.link.is_repetition(frame)) {
+            let delay = self.answer_delay();
             self.link.repeat(env.now, delay);
             self.trigger_watchdog(env.now, frame.sa);
             return;
@@ -52,8 +52,13 @@ impl PoweredSlave {
             }
             _ => ServiceAnswer::NO_SERVICE,
         };
-        let delay = self.hooks.apply(self.link.delay, |hooks, delay| hooks.delay(delay));
+        let delay = self.answer_delay();
         self.link.answer(env.now, own, frame, &answer, delay);
+    }
+
+    /// The time from the request to its answer; called once for each answer.
+    fn answer_delay(&self) -> BitTimes {
+        self.hooks.apply(self.link.delay, |hooks, delay| hooks.delay(delay))
     }
 
     /// The time that a record takes.

@@ -2,6 +2,7 @@
 
 use super::{ConnectionPhase, EncoderModel, PoweredEncoder};
 use crate::encoder_object::hooks::EncoderView;
+use crate::profidrive::checks::EncoderCheck;
 use crate::profidrive::parameters::{ParameterContent, ParameterStore, double_word, double_words, octets, word, words};
 use wire::profidrive::ErrorNumber;
 
@@ -35,7 +36,13 @@ impl<M: EncoderModel> ParameterStore for PoweredEncoder<'_, M> {
             (971, 1) => self.save(),
             (971, _) => return Err(ErrorNumber::VALUE_NOT_ALLOWED),
             // Preset value.
-            (65000, _) => self.set_preset_value(value as u32),
+            (65000, _) => {
+                let check = EncoderCheck::PresetValue { value: value as u32, range: self.positions() };
+                if !self.deviations.checks.check(check, true) {
+                    return Err(ErrorNumber::LIMIT);
+                }
+                self.set_preset_value(value as u32);
+            }
             _ => return Err(ErrorNumber::READ_ONLY),
         }
         Ok(())

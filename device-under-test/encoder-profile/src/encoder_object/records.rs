@@ -89,7 +89,9 @@ impl<M: EncoderModel> EncoderObject<M> {
     fn write_user_parameters(&mut self, now: Time, access: RecordAccess, data: &[u8]) -> Result<(), RecordRefusal> {
         let user = UserParameterData::parse(data).ok_or(RecordRefusal::WriteLength)?;
         let is_of = |phase: fn(ArKey) -> ConnectionPhase| access.ar.is_some_and(|ar| self.ram.phase == phase(ar));
-        let in_exchange = self.facts.record_in_exchange == LateRecordEffect::InForce && is_of(ConnectionPhase::Data);
+        let may_be_late = self.facts.record_in_exchange == LateRecordEffect::InForce;
+        let in_exchange =
+            is_of(ConnectionPhase::Data) && self.deviations.checks.check(EncoderCheck::RecordInExchange, may_be_late);
         if !is_of(ConnectionPhase::Parameters) && !in_exchange {
             return Err(RecordRefusal::StateConflict);
         }

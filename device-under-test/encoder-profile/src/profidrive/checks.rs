@@ -48,6 +48,8 @@ pub enum EncoderCheck {
         /// The number of accessed elements.
         elements: usize,
     },
+    /// This number of parameters, which the format permits, is served in one request.
+    ParameterCount(usize),
     /// Values of this format can be written.
     KnownFormat(ParameterFormat),
     /// A value of this format may be written to a parameter of that format.
@@ -82,6 +84,8 @@ pub enum EncoderCheck {
     IsParameterAccess(u16),
     /// A start without user parameters is no error.
     StartsWithoutRecord,
+    /// User parameters may be written during data exchange.
+    RecordInExchange,
     /// User parameters take effect as soon as they are written.
     RecordActsAtOnce,
     /// These user parameters are valid with the telegram of this number.

@@ -69,8 +69,13 @@ impl RecordJob {
 
     /// Processes an answer of the data link; returns the outcome at the end.
     pub fn answered(&mut self, now: Time, answer: DataLinkAnswer) -> Option<DpRecordOutcome> {
-        self.requested = true;
+        let is_poll = core::mem::replace(&mut self.requested, true);
         match answer.data() {
+            Some([_, ..]) if !is_poll => {
+                let why =
+                    "data in the answer to the request itself; a slave acknowledges it and is polled for the response";
+                Some(DpRecordOutcome::Failed(AcyclicError::Unfit(why.to_string())))
+            }
             None => Some(DpRecordOutcome::Failed(AcyclicError::Link(answer))),
             Some([]) if now >= self.until => Some(DpRecordOutcome::Failed(AcyclicError::Timeout(self.pace.patience))),
             Some([]) => {

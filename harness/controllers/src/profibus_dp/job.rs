@@ -26,10 +26,15 @@ pub(super) enum MasterJob {
         new: u8,
         since: Time,
     },
-    /// Raw bytes, and the outcome.
+    /// Raw bytes without an answer.
     Raw {
         octets: Vec<u8>,
-        outcome: MasterOutcome,
+        since: Time,
+    },
+    /// A damaged frame, and the request that its answer has to fit.
+    Damaged {
+        octets: Vec<u8>,
+        request: DpMessage,
         since: Time,
     },
     StartUp(Box<SlaveStartUpJob>),
@@ -42,7 +47,9 @@ pub(super) enum MasterJob {
 #[derive(Debug)]
 pub(super) enum MasterJobStep {
     Send(DpMessage),
-    Raw(Vec<u8>, MasterOutcome),
+    Raw(Vec<u8>),
+    /// A damaged frame, whose answer is awaited once.
+    Damaged(Vec<u8>, DpMessage),
     /// The cyclic exchange begins; the job waits for its samples.
     Exchange(Box<SlaveConfig>),
     Done(MasterOutcome),
@@ -93,10 +100,10 @@ impl MasterJob {
             MasterRequest::Parameter { to, slot, request } => {
                 Ok(MasterJob::Parameter(ParameterJob::new(now, pace, to, slot, request)))
             }
-            MasterRequest::Raw(octets) => Ok(MasterJob::Raw { octets, outcome: MasterOutcome::Sent, since: now }),
+            MasterRequest::Raw(octets) => Ok(MasterJob::Raw { octets, since: now }),
             MasterRequest::Broken { to, broken } => {
                 let octets = broken::frame(settings.address, to, broken);
-                Ok(MasterJob::Raw { octets: octets.clone(), outcome: MasterOutcome::Broken(octets), since: now })
+                Ok(MasterJob::Damaged { octets, request: broken::request(to, broken), since: now })
             }
         }
     }
@@ -105,7 +112,9 @@ impl MasterJob {
     pub fn due(&self) -> Option<Time> {
         match self {
             MasterJob::Single(_, since) | MasterJob::Release(_, since) => Some(*since),
-            MasterJob::SetAddress { since, .. } | MasterJob::Raw { since, .. } => Some(*since),
+            MasterJob::SetAddress { since, .. } | MasterJob::Raw { since, .. } | MasterJob::Damaged { since, .. } => {
+                Some(*since)
+            }
             MasterJob::StartUp(job) => job.due(),
             MasterJob::Record(job) => Some(job.due()),
             MasterJob::Parameter(job) => Some(job.due()),
@@ -118,7 +127,8 @@ impl MasterJob {
             MasterJob::Single(message, _) | MasterJob::Release(message, _) | MasterJob::SetAddress { message, .. } => {
                 MasterJobStep::Send(message.clone())
             }
-            MasterJob::Raw { octets, outcome, .. } => MasterJobStep::Raw(octets.clone(), outcome.clone()),
+            MasterJob::Raw { octets, .. } => MasterJobStep::Raw(octets.clone()),
+            MasterJob::Damaged { octets, request, .. } => MasterJobStep::Damaged(octets.clone(), request.clone()),
             MasterJob::StartUp(job) => job.next(now),
             MasterJob::Record(job) => MasterJobStep::Send(job.message()),
             MasterJob::Parameter(job) => MasterJobStep::Send(job.message()),
@@ -131,6 +141,9 @@ impl MasterJob {
             MasterJob::Single(..) | MasterJob::SetAddress { .. } => Some(MasterOutcome::Answer(answer)),
             MasterJob::Release(..) => Some(MasterOutcome::Ended(SlaveReleaseOutcome::Released(answer))),
             MasterJob::Raw { .. } => None,
+            MasterJob::Damaged { octets, .. } => {
+                Some(MasterOutcome::Broken { octets: core::mem::take(octets), answer })
+            }
             MasterJob::StartUp(job) => job.answered(now, answer),
             MasterJob::Record(job) => job.answered(now, answer).map(MasterOutcome::Record),
             MasterJob::Parameter(job) => job.answered(now, answer).map(MasterOutcome::Parameter),
@@ -142,7 +155,11 @@ impl MasterJob {
         match self {
             MasterJob::Single(..) | MasterJob::SetAddress { .. } => Some(MasterOutcome::Sent),
             MasterJob::Release(..) => Some(MasterOutcome::Ended(SlaveReleaseOutcome::Aborted)),
-            MasterJob::Raw { .. } | MasterJob::StartUp(_) | MasterJob::Record(_) | MasterJob::Parameter(_) => None,
+            MasterJob::Raw { .. }
+            | MasterJob::Damaged { .. }
+            | MasterJob::StartUp(_)
+            | MasterJob::Record(_)
+            | MasterJob::Parameter(_) => None,
         }
     }
 

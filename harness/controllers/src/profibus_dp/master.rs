@@ -10,6 +10,7 @@ use super::request::{MasterBusy, MasterRequest, MasterSettings};
 use super::ring::LogicalRing;
 use super::{OUTPUT_SLOT, OUTPUT_SUBSLOT};
 use crate::outputs::CyclicOutputs;
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use core::time::Duration;
@@ -20,6 +21,9 @@ use wire::profibus::sap::SlaveSap;
 
 /// Shortest time between two DP-V1 polls.
 const POLL: Duration = Duration::from_millis(1);
+
+/// How many answers that do not fit are kept.
+pub(super) const MOST_MISFITS: usize = 16;
 
 /// A PROFIBUS DP master.
 ///
@@ -52,6 +56,8 @@ pub struct ProfibusMaster {
     is_diagnosis_pending: bool,
     cycles_sent: u64,
     cycles_done: u64,
+    /// Answers that did not fit the request before them: the station that was asked, and why.
+    pub(super) misfits: Vec<(u8, String)>,
     pub(super) clock_offset: Duration,
     pub(super) is_clock_stopped: bool,
     /// The cached deadline. It is valid until the next event or call.
@@ -86,6 +92,7 @@ impl ProfibusMaster {
             is_diagnosis_pending: false,
             cycles_sent: 0,
             cycles_done: 0,
+            misfits: Vec::new(),
             clock_offset: Duration::ZERO,
             is_clock_stopped: false,
             deadline: Cell::default(),
@@ -136,6 +143,12 @@ impl ProfibusMaster {
     /// Number of these that are finished: answered or given up.
     pub fn cycles_done(&self) -> u64 {
         self.cycles_done
+    }
+
+    /// Valid answers that did not fit the request before them, with the station that was asked: from another station, to another station,
+    /// or from another access point. At most the first 16 since the start are kept.
+    pub fn misfits(&self) -> &[(u8, String)] {
+        &self.misfits
     }
 
     /// The cyclic outputs, stored as slot [`OUTPUT_SLOT`], subslot [`OUTPUT_SUBSLOT`]; they outlive every connection.
@@ -282,14 +295,20 @@ impl ProfibusMaster {
                     self.conclude(outcome);
                 }
             }
-            MasterJobStep::Raw(octets, outcome) => {
-                if let Ok(FdlFrame::Data(frame)) = FdlFrame::parse(&octets) {
-                    self.counts.forget(frame.da);
-                }
-                self.transmit(now, out, |frame| frame.extend_from_slice(&octets));
+            MasterJobStep::Raw(octets) => {
+                self.transmit_raw(now, &octets, out);
                 self.pause = self.pause.max(self.settings.slot_time);
                 self.access = MediumAccess::Holding(TokenHold { has_worked: true, has_sent_message: true, ..hold });
-                self.conclude(outcome);
+                self.conclude(MasterOutcome::Sent);
+            }
+            MasterJobStep::Damaged(octets, message) => {
+                self.transmit_raw(now, &octets, out);
+                let until = self.later(self.silent_since, self.settings.slot_time);
+                let count = FrameCount::First;
+                let transfer =
+                    PendingTransfer { message, purpose: Purpose::Job, count, retries: 0, until, unfit: None };
+                let hold = TokenHold { has_worked: true, has_sent_message: true, ..hold };
+                self.access = MediumAccess::AwaitingAnswer(transfer, hold);
             }
             MasterJobStep::Exchange(connection) => {
                 (self.cycles_sent, self.cycles_done) = (0, 0);
@@ -299,6 +318,14 @@ impl ProfibusMaster {
             }
             MasterJobStep::Done(outcome) => self.conclude(outcome),
         }
+    }
+
+    /// Sends bytes as they are; the frame count of their receiver begins again.
+    fn transmit_raw(&mut self, now: Time, octets: &[u8], out: &mut Outbox) {
+        if let Ok(FdlFrame::Data(frame)) = FdlFrame::parse(octets) {
+            self.counts.forget(frame.da);
+        }
+        self.transmit(now, out, |frame| frame.extend_from_slice(octets));
     }
 
     /// Records Clear or Operate, which are also states of the master.

@@ -4,7 +4,7 @@
 
 use super::access::{Action, MediumAccess, PendingTransfer, Purpose, TokenHold};
 use super::job::MasterJob;
-use super::master::ProfibusMaster;
+use super::master::{MOST_MISFITS, ProfibusMaster};
 use super::message::DpMessage;
 use super::outcome::DataLinkAnswer;
 use alloc::vec::Vec;
@@ -167,9 +167,13 @@ impl ProfibusMaster {
     /// Processes a frame that arrives while an answer is awaited.
     fn take_answer(&mut self, now: Time, frame: Result<FdlFrame<'_>, WireError>) {
         let own = self.settings.address;
+        let is_valid = matches!(frame, Ok(FdlFrame::Data(_)));
         match core::mem::replace(&mut self.access, MediumAccess::Listening) {
             MediumAccess::AwaitingAnswer(mut transfer, hold) => match transfer.message.answer(own, frame) {
                 DataLinkAnswer::Unfit(why) => {
+                    if is_valid && transfer.purpose != Purpose::Gap && self.misfits.len() < MOST_MISFITS {
+                        self.misfits.push((transfer.message.to, why.clone()));
+                    }
                     transfer.unfit = Some(DataLinkAnswer::Unfit(why));
                     transfer.until = self.later(now, self.settings.idle);
                     self.access = MediumAccess::AwaitingAnswer(transfer, hold);

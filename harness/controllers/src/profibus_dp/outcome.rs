@@ -28,8 +28,13 @@ pub enum MasterOutcome {
     Ended(SlaveReleaseOutcome),
     /// A frame was sent; no answer is awaited.
     Sent,
-    /// A damaged frame was sent, with these bytes.
-    Broken(Vec<u8>),
+    /// A damaged frame was sent.
+    Broken {
+        /// Its bytes.
+        octets: Vec<u8>,
+        /// What came within the slot time.
+        answer: DataLinkAnswer,
+    },
     /// The request cannot be carried out now; the sentence says why.
     Impossible(&'static str),
 }

@@ -49,6 +49,7 @@ impl MasterSettings {
     /// The usual parameters of a bus at `baud` (the defaults of GSD revision 3 for slot time and max TSDR).
     pub fn new(address: u8, baud: BaudRate) -> MasterSettings {
         let (slot, tsdr) = match baud.0 {
+            45_450 => (640, 250),
             ..=187_500 => (100, 60),
             187_501..=500_000 => (200, 100),
             500_001..=1_500_000 => (300, 150),
@@ -189,7 +190,8 @@ pub enum MasterRequest {
     },
     /// Sends bytes as they are. Returns [`MasterOutcome::Sent`](super::MasterOutcome::Sent).
     Raw(Vec<u8>),
-    /// Sends a frame damaged on purpose and ignores any answer. Returns [`MasterOutcome::DamagedDpFrame`](super::MasterOutcome::Broken).
+    /// Sends a frame damaged on purpose once, and awaits an answer for the slot time. Returns
+    /// [`MasterOutcome::Broken`](super::MasterOutcome::Broken).
     Broken {
         /// Address of the station.
         to: u8,

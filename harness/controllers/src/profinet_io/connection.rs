@@ -131,6 +131,9 @@ pub struct ArConfig {
     pub args_maximum: Option<u32>,
     /// Whether to reuse the ARUUID of the last AR, like a controller that resumes the same AR after a loss.
     pub same_uuid: bool,
+    /// Whether Connect is repeated while the device has no free AR, which an AR that has just ended may still occupy. Without it the
+    /// first refusal is the outcome.
+    pub repeats: bool,
     /// Automatic reconnect after the AR was lost; `None`: never.
     pub reconnect: Option<Reconnect>,
     /// CMInitiatorStationName; `None`: the name of the settings. Bytes, because a tester also sends invalid names.
@@ -219,6 +222,7 @@ impl ArConfig {
             extra_blocks: Vec::new(),
             args_maximum: None,
             same_uuid: false,
+            repeats: true,
             reconnect: None,
             station_name: None,
             submodules: Vec::new(),

@@ -249,7 +249,7 @@ impl ArStartUpJob {
     }
 
     fn may_repeat(&self) -> bool {
-        self.result.connect_repeats < RESOURCES_REPEATS
+        self.connection.repeats && self.result.connect_repeats < RESOURCES_REPEATS
     }
 
     fn records(&mut self, context: &mut ControllerContext, now: Time, out: &mut Outbox) -> Option<ControllerOutcome> {

@@ -6,7 +6,7 @@ use encspec_controllers::profibus_dp::{
     AcyclicError, DamagedDpFrame, DataLinkAnswer, DpParameterOutcome, DpRecordOutcome, MasterOutcome, MasterRequest,
     MasterSettings, ProfibusMaster, broken_frames,
 };
-use station::Time;
+use station::{Outbox, Station, Time};
 use virtual_wire::VirtualBus;
 use virtual_wire::null::{DiesAfter, Silent};
 use wire::profibus::address::SetSlaveAddress;
@@ -74,6 +74,60 @@ fn a_record_is_written_or_refused() {
     let outcome = rig.ask(write);
     let timeout = AcyclicError::Timeout(Duration::from_secs(5));
     assert_eq!(outcome, MasterOutcome::Record(DpRecordOutcome::Failed(timeout)));
+}
+
+/// IEC 61158-6-3: the response of MS1 is fetched by polls; the request itself is only acknowledged.
+#[test]
+fn a_response_before_the_first_poll_does_not_fit() {
+    let mut rig = MasterRig::standing(connection());
+    rig.slave.say = |_, dsap, data| {
+        (dsap == Some(51) && !data.is_empty())
+            .then(|| SlaveReaction::Data(AnswerFunction::DATA_LOW, vec![0x5E, 1, 7, 2, 0xAB, 0xCD]))
+    };
+    let outcome = rig.ask(MasterRequest::Read { to: SLAVE, slot: 1, index: 7, length: 10 });
+    let MasterOutcome::Record(DpRecordOutcome::Failed(AcyclicError::Unfit(why))) = outcome else {
+        panic!("{outcome:?}")
+    };
+    assert!(why.contains("answer to the request itself"), "{why}");
+}
+
+/// A slave whose answers all come from this station to that one.
+struct Misaddressed {
+    to: u8,
+    from: u8,
+    due: Option<Time>,
+}
+
+impl Station for Misaddressed {
+    fn receive(&mut self, now: Time, octets: &[u8], _: &mut Outbox) {
+        let is_asked = matches!(FdlFrame::parse(octets), Ok(FdlFrame::Data(frame)) if frame.da == SLAVE);
+        self.due = is_asked.then(|| now.after_nanos(bits(20)));
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        if self.due.take_if(|due| *due <= now).is_some() {
+            out.push(&[0x10, self.to, self.from, 0x00, self.to + self.from, 0x16]);
+        }
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.due
+    }
+}
+
+#[test]
+fn answers_with_other_addresses_are_kept_with_the_station_that_was_asked() {
+    for (to, from, kept) in [(9, SLAVE, "an answer from station 3 to 9"), (2, 9, "an answer from station 9 to 2")] {
+        let mut rig = MasterRig::with(Misaddressed { to, from, due: None });
+        let MasterOutcome::Answer(answer) = rig.ask(MasterRequest::Diagnosis { to: SLAVE }) else {
+            panic!("no answer")
+        };
+        assert_eq!(answer, DataLinkAnswer::Unfit(kept.into()));
+        assert_eq!(rig.master.misfits(), [(SLAVE, kept.into()), (SLAVE, kept.into())], "the request and its retry");
+    }
+    let mut rig = MasterRig::with(Misaddressed { to: 2, from: SLAVE, due: None });
+    rig.ask(MasterRequest::FdlStatus { to: SLAVE });
+    assert_eq!(rig.master.misfits(), []);
 }
 
 #[test]
@@ -225,7 +279,8 @@ fn after_a_damaged_frame_the_bus_stays_idle_for_the_slot_time() {
         rig.run(Duration::from_millis(10));
         rig.log.clear();
         let outcome = rig.ask(MasterRequest::Broken { to: SLAVE, broken });
-        let MasterOutcome::Broken(octets) = outcome else { panic!("{outcome:?}") };
+        let MasterOutcome::Broken { octets, answer } = outcome else { panic!("{outcome:?}") };
+        assert_eq!(answer, DataLinkAnswer::None, "{word}");
         rig.run(Duration::from_millis(10));
         let at = rig.log.iter().position(|entry| entry.3 == octets).expect("it was sent");
         assert!(rig.log[at + 1].0 - rig.log[at].1 >= bits(300), "{word}");
@@ -235,6 +290,40 @@ fn after_a_damaged_frame_the_bus_stays_idle_for_the_slot_time() {
             DamagedDpFrame::UnknownFunction | DamagedDpFrame::UnknownAccessPoint | DamagedDpFrame::SetPrmShort
         );
         assert_eq!(is_frame, is_meant, "{word}: {}", hex(&octets));
+    }
+}
+
+/// A slave that answers whatever it receives.
+struct AnswersEverything(Option<Time>);
+
+impl Station for AnswersEverything {
+    fn receive(&mut self, now: Time, octets: &[u8], _: &mut Outbox) {
+        let is_token = matches!(FdlFrame::parse(octets), Ok(FdlFrame::Token { .. }));
+        self.0 = (!is_token).then(|| now.after_nanos(bits(20)));
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        if self.0.take_if(|due| *due <= now).is_some() {
+            // SD1 from the slave to the master: service not activated (RS).
+            out.push(&[0x10, 2, SLAVE, 0x03, 2 + SLAVE + 3, 0x16]);
+        }
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.0
+    }
+}
+
+#[test]
+fn what_comes_after_a_damaged_frame_is_its_outcome() {
+    for (word, _) in broken_frames() {
+        let broken = DamagedDpFrame::by_word(word).expect("the table names itself");
+        let mut rig = MasterRig::with(AnswersEverything(None));
+        rig.run(Duration::from_millis(10));
+        let outcome = rig.ask(MasterRequest::Broken { to: SLAVE, broken });
+        let MasterOutcome::Broken { octets, answer } = outcome else { panic!("{outcome:?}") };
+        assert_eq!(answer.refused(), Some(AnswerFunction::NO_SERVICE), "{word}");
+        assert_eq!(rig.log.iter().filter(|entry| entry.3 == octets).count(), 1, "{word} is not repeated");
     }
 }
 

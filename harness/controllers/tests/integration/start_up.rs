@@ -192,6 +192,17 @@ fn connect_is_repeated_when_the_device_is_out_of_ar_resources(
 }
 
 #[test]
+fn connect_is_asked_once_where_the_refusal_is_the_answer() {
+    let mut rig = ControllerRig::new();
+    rig.device.hook = Box::new(|call| match call.header.opnum {
+        Opnum::CONNECT => Reaction::Refuse(OUT_OF_RESOURCES),
+        _ => Reaction::Usual,
+    });
+    let result = rig.start(ArConfig { repeats: false, ..connection() });
+    assert_eq!((result.connect_repeats, result.connect), (0, Some(ConnectOutcome::Refused(OUT_OF_RESOURCES))));
+}
+
+#[test]
 fn a_lost_request_is_repeated_with_its_sequence_number() {
     let mut rig = ControllerRig::new();
     rig.device.hook = Box::new(|call| if call.before == 0 { Reaction::Silence } else { Reaction::Usual });

@@ -73,6 +73,8 @@ pub struct GsdField {
     pub default: i64,
     /// The lowest and the highest allowed number, if limited.
     pub range: Option<(i64, i64)>,
+    /// Its numbers with their texts.
+    pub texts: Vec<(i64, String)>,
 }
 
 /// The size or bits of a field.

@@ -1,18 +1,24 @@
 //! Adds values that no manual prints to the description of a slave: its ident number, the identifiers of its modules, and the
 //! layout of the user bytes if the GSD has the same.
 
-use super::compare::{dpv1_length, is_at};
-use super::model::Gsd;
+use super::compare::dpv1_length;
+use super::model::{FieldType, Gsd, GsdField, GsdModule};
 use crate::gsdml::Overlay;
+use crate::record_match::RecordMatch;
+use crate::start_parameters::DescribedParameter;
 use plain_text::hex;
 use suite::device::{DeviceDescription, Origin};
 use wire::profibus::cfg::{Identifier, io_lengths};
 
+/// The layout that this module takes over, in its sentences.
+const USER_LAYOUT: &str = "the layout of the user bytes of Set_Prm";
+
 /// Replaces the ident number and the identifiers that `device.yaml` marks as invented by those of a GSD, and marks them as taken from
-/// a description. The layout of the user bytes is marked too, if the GSD has each of its fields at the same offset.
+/// a description. If no manual prints the layout of the user bytes, each of its parameters is found by its meaning; `confirmed` has pairs
+/// of a parameter and its name in the GSD on which a person decided.
 ///
 /// Values printed in the manual are not changed. If several modules of a GSD have the same lengths, none of them is used.
-pub fn overlay(device: &mut DeviceDescription, gsd: Option<&Gsd>) -> Overlay {
+pub fn overlay(device: &mut DeviceDescription, gsd: Option<&Gsd>, confirmed: &[(String, String)]) -> Overlay {
     let mut done = Overlay::default();
     if let Some(slave) = device.bus.profibus_mut().filter(|slave| slave.ident_origin == Origin::Invented) {
         match gsd {
@@ -24,7 +30,7 @@ pub fn overlay(device: &mut DeviceDescription, gsd: Option<&Gsd>) -> Overlay {
         }
     }
     modules(device, gsd, &mut done);
-    user_octets(device, gsd, &mut done);
+    user_octets(device, gsd, confirmed, &mut done);
     done
 }
 
@@ -64,21 +70,79 @@ fn modules(device: &mut DeviceDescription, gsd: Option<&Gsd>, done: &mut Overlay
     }
 }
 
-fn user_octets(device: &mut DeviceDescription, gsd: Option<&Gsd>, done: &mut Overlay) {
+/// Takes over the layout of the user bytes if no manual prints it, by the meaning of the parameters; a printed one that the GSD
+/// contradicts is in doubt.
+fn user_octets(device: &mut DeviceDescription, gsd: Option<&Gsd>, confirmed: &[(String, String)], done: &mut Overlay) {
     let Some(slave) = device.profibus() else { return };
     let before = dpv1_length(slave);
-    let Some(record) = device.records.first_mut().filter(|record| record.origin == Origin::Invented) else { return };
-    let has = |gsd: &Gsd| {
-        let mut fields = record.fields.iter();
-        fields.all(|field| {
-            gsd.modules.iter().flat_map(|module| gsd.fields(module)).any(|(at, known)| is_at(field, before, at, known))
-        })
+    let cfgs: Vec<Vec<u8>> = device.modules.iter().map(|module| module.cfg().to_vec()).collect();
+    let Some(record) = device.records.first_mut().filter(|record| !record.fields.is_empty()) else { return };
+    let modules = gsd.into_iter().flat_map(|gsd| gsd.modules.iter().map(move |module| (gsd, module)));
+    let mut layouts: Vec<UserLayout> = Vec::new();
+    for (gsd, module) in modules.filter(|(_, module)| cfgs.contains(&module.cfg)) {
+        let layout = UserLayout::of(gsd, module, before);
+        if !layouts.contains(&layout) {
+            layouts.push(layout);
+        }
+    }
+    let is_printed = record.origin != Origin::Invented;
+    let mut missing = |why: &str| done.missing.push(format!("{USER_LAYOUT}: {why}"));
+    let layout = match layouts.pop() {
+        Some(only) if layouts.is_empty() => only,
+        _ if is_printed => return,
+        None => return missing("no GSD has a module of this device"),
+        Some(_) => return missing("it differs between the modules of the GSD"),
     };
-    if gsd.is_some_and(has) {
-        record.origin = Origin::Description;
-        record.fields.iter_mut().for_each(|field| field.origin = Origin::Description);
-        done.taken.push("the layout of the user bytes of Set_Prm is that of the GSD".into());
-    } else {
-        done.missing.push("the layout of the user bytes of Set_Prm: no GSD has all fields at the same offsets".into());
+    let found = RecordMatch::find(record, layout.parameters, confirmed);
+    if is_printed {
+        if let Some(contradictions) = found.contradictions(record) {
+            record.origin = Origin::Invented;
+            missing(&contradictions);
+        }
+        return;
+    }
+    done.parameters.extend(found.lines(record));
+    match found.doubts(record) {
+        Some(doubts) => missing(&doubts),
+        None => {
+            found.take_over(record, &layout.default);
+            done.taken.push(format!("{USER_LAYOUT} is that of the GSD; its parameters were found by their names"));
+        }
+    }
+}
+
+/// The user bytes with one module of a GSD, after those of DP-V1.
+#[derive(PartialEq)]
+struct UserLayout {
+    default: Vec<u8>,
+    parameters: Vec<DescribedParameter>,
+}
+
+impl UserLayout {
+    fn of(gsd: &Gsd, module: &GsdModule, before: usize) -> UserLayout {
+        let default = gsd.default_octets(module);
+        let fields = gsd.fields(module).filter(|(at, _)| *at >= before);
+        UserLayout {
+            default: default.get(before..).unwrap_or_default().to_vec(),
+            parameters: fields.map(|(at, field)| parameter(at - before, field)).collect(),
+        }
+    }
+}
+
+/// A field of a GSD as a start parameter.
+fn parameter(at: usize, field: &GsdField) -> DescribedParameter {
+    let bits = match field.kind {
+        FieldType::Octets { .. } => None,
+        // A GSD may describe a field of a whole byte by its bits.
+        FieldType::Bits { low: 0, high: 7 } => None,
+        FieldType::Bits { low, high } => Some((low.into(), u32::from(high - low) + 1)),
+    };
+    DescribedParameter {
+        names: vec![field.name.clone()],
+        octet: at,
+        octets: field.kind.octets(),
+        bits,
+        range: field.range.map(|(low, high)| (low.into(), high.into())),
+        words: field.texts.iter().map(|(number, text)| ((*number).into(), vec![text.clone()])).collect(),
     }
 }

@@ -35,7 +35,8 @@ pub fn read(text: &str) -> Result<Gsd, GsdError> {
     if !lines.iter().any(|line| line.text.eq_ignore_ascii_case("#Profibus_DP")) {
         return Err(GsdError { line: 1, message: "not a GSD file: the line `#Profibus_DP` is missing".into() });
     }
-    let mut reader = GsdReader { gsd: Gsd::default(), fields: BTreeMap::new(), has_ident: false };
+    let mut reader =
+        GsdReader { gsd: Gsd::default(), fields: BTreeMap::new(), texts: BTreeMap::new(), has_ident: false };
     let mut rest = lines.iter();
     while let Some(line) = rest.next() {
         reader.line(line, &mut rest)?;
@@ -138,6 +139,8 @@ fn quoted(value: &str) -> Option<(&str, &str)> {
 struct GsdReader {
     gsd: Gsd,
     fields: BTreeMap<i64, GsdField>,
+    /// The groups of texts for numbers.
+    texts: BTreeMap<i64, Vec<(i64, String)>>,
     has_ident: bool,
 }
 
@@ -181,7 +184,7 @@ impl GsdReader {
             }
             "extuserprmdata" => self.field(line, value, rest)?,
             "module" => self.module(line, value, rest)?,
-            "prmtext" => skip(line, rest, "endprmtext")?,
+            "prmtext" => self.texts(line, value, rest)?,
             "unit_diag_area" => skip(line, rest, "unit_diag_area_end")?,
             "unitdiagtype" => skip(line, rest, "endunitdiagtype")?,
             _ => {
@@ -227,9 +230,36 @@ impl GsdReader {
         let name = name.split('"').next().unwrap_or_default().to_owned();
         let id = line.number(id.trim())?;
         let Some(kind) = rest.next() else { return Err(line.wrong("the file ends in the middle of a field")) };
-        let field = described(kind, name)?;
-        self.fields.insert(id, field);
-        skip(line, rest, "endextuserprmdata")
+        let mut field = described(kind, name)?;
+        for inside in rest.by_ref() {
+            if is_keyword(inside, "endextuserprmdata") {
+                self.fields.insert(id, field);
+                return Ok(());
+            }
+            if let Some((word, _, value)) = inside.setting()
+                && word == "prm_text_ref"
+            {
+                field.texts = self.texts.get(&inside.number(value)?).cloned().unwrap_or_default();
+            }
+        }
+        Err(unfinished(line, "endextuserprmdata"))
+    }
+
+    fn texts(&mut self, line: &GsdLine, value: &str, rest: GsdLines<'_, '_>) -> Result<(), GsdError> {
+        let id = line.number(value)?;
+        let mut texts = Vec::new();
+        for inside in rest.by_ref() {
+            if is_keyword(inside, "endprmtext") {
+                self.texts.insert(id, texts);
+                return Ok(());
+            }
+            if let Some((word, Some(number), value)) = inside.setting()
+                && word == "text"
+            {
+                texts.push((inside.number(number)?, quoted(value).map_or(value, |(text, _)| text).to_owned()));
+            }
+        }
+        Err(unfinished(line, "endprmtext"))
     }
 
     fn module(&mut self, line: &GsdLine, value: &str, rest: GsdLines<'_, '_>) -> Result<(), GsdError> {
@@ -273,7 +303,7 @@ fn described(line: &GsdLine, name: String) -> Result<GsdField, GsdError> {
             numbers.iter().min().copied().zip(numbers.iter().max().copied())
         }
     };
-    Ok(GsdField { name, kind, default, range })
+    Ok(GsdField { name, kind, default, range, texts: Vec::new() })
 }
 
 fn field_type(line: &GsdLine, word: &str) -> Result<FieldType, GsdError> {
@@ -301,10 +331,14 @@ fn field_type(line: &GsdLine, word: &str) -> Result<FieldType, GsdError> {
 
 /// Skips the lines up to `end`.
 fn skip(line: &GsdLine, rest: GsdLines<'_, '_>, end: &str) -> Result<(), GsdError> {
-    let is_end = |inside: &GsdLine| inside.text.to_ascii_lowercase().replace(' ', "").starts_with(end);
-    if rest.any(is_end) {
-        Ok(())
-    } else {
-        Err(line.wrong(format!("the file ends inside the group that begins here: `{end}` is missing")))
-    }
+    if rest.any(|inside| is_keyword(inside, end)) { Ok(()) } else { Err(unfinished(line, end)) }
+}
+
+/// Whether a line begins with a keyword, which is in lower case.
+fn is_keyword(line: &GsdLine, word: &str) -> bool {
+    line.text.to_ascii_lowercase().replace(' ', "").starts_with(word)
+}
+
+fn unfinished(line: &GsdLine, end: &str) -> GsdError {
+    line.wrong(format!("the file ends inside the group that begins here: `{end}` is missing"))
 }

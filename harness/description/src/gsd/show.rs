@@ -1,8 +1,9 @@
 //! The contents of a GSD as text.
 
-use super::model::{FieldType, Gsd, GsdField};
+use super::model::{FieldType, Gsd, GsdField, GsdModule};
 use plain_text::hex;
 use std::fmt::Write as _;
+use wire::profibus::cfg::{Identifier, io_lengths};
 
 /// The contents of a GSD, in lines.
 pub fn show(gsd: &Gsd) -> String {
@@ -37,13 +38,19 @@ fn show_into(gsd: &Gsd, out: &mut String) -> std::fmt::Result {
         writeln!(out, "  diagnosis        up to {longest} bytes")?;
     }
     for module in &gsd.modules {
-        writeln!(out, "  module           {}: Chk_Cfg {}", text(&module.name), hex(&module.cfg))?;
+        writeln!(out, "  module           {}: Chk_Cfg {}{}", text(&module.name), hex(&module.cfg), lengths(module))?;
         writeln!(out, "    user bytes    {}", hex(&gsd.default_octets(module)))?;
         for (at, field) in gsd.fields(module) {
             writeln!(out, "      {:<12} {}", place(at, field), line(field, &text(&field.name)))?;
         }
     }
     Ok(())
+}
+
+/// The lengths of the cyclic data of a module; empty if its identifiers cannot be read.
+fn lengths(module: &GsdModule) -> String {
+    let sums = Identifier::parse_all(&module.cfg).map(|identifiers| io_lengths(&identifiers));
+    sums.map_or_else(|_| String::new(), |sums| format!(", {} bytes in, {} out", sums.inputs, sums.outputs))
 }
 
 fn place(at: usize, field: &GsdField) -> String {

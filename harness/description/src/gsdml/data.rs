@@ -101,6 +101,7 @@ fn reference<'d>(page: &GsdmlDocument<'d>, node: Node<'d, 'd>) -> RecordItem {
         default: if whole { page.number(node, "DefaultValue") } else { None },
         allowed: if whole { page.ranges(node, "AllowedValues") } else { Vec::new() },
         words: page.words(node),
+        translations: (page.translations(node), page.translated_words(node)),
         access,
         kind,
     }

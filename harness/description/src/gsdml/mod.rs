@@ -13,10 +13,12 @@ mod matching;
 mod model;
 mod names;
 mod overlay;
+mod parameters;
 mod read;
 mod records;
 mod selection;
 mod show;
+mod variant;
 mod xml;
 
 pub use compare::compare;
@@ -29,3 +31,4 @@ pub use overlay::{Overlay, needs_description, overlay};
 pub use read::{GsdmlError, read, read_octets};
 pub use selection::best_described;
 pub use show::show;
+pub use variant::variant_readings;

@@ -175,6 +175,8 @@ pub struct RecordItem {
     pub allowed: Vec<RangeInclusive<i128>>,
     /// Names of its numbers.
     pub words: Vec<(i128, String)>,
+    /// Its name and the names of its numbers in the other languages of the file.
+    pub translations: (Vec<String>, Vec<(i128, String)>),
     /// Whether an engineering tool lets users change it.
     pub access: ItemAccess,
 }

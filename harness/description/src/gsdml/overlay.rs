@@ -2,9 +2,11 @@
 
 use super::identity::{PluggedSubmodule, ReportedIdentity};
 use super::matching::{self, ModuleMatch, SubmoduleMatch};
-use super::model::{AccessPoint, Bits, DataType, Gsdml, RecordItem};
+use super::model::{AccessPoint, Bits, DataType, Gsdml, GsdmlRecord, GsdmlSubmodule, RecordItem, SubmoduleKind};
+use super::parameters::parameter;
+use crate::record_match::{FoundParameter, RecordMatch};
 use std::fmt;
-use suite::device::{DeviceDescription, Origin, RecordField};
+use suite::device::{DeviceDescription, DeviceRecord, Origin, RecordField};
 use suite::model::ConnectionStart;
 
 /// The result of [`overlay`].
@@ -14,6 +16,8 @@ pub struct Overlay {
     pub taken: Vec<String>,
     /// The values that are still invented, and why, as sentences.
     pub missing: Vec<String>,
+    /// For start parameters whose place no manual prints: what was found in the description.
+    pub parameters: Vec<FoundParameter>,
 }
 
 /// The source of a value.
@@ -32,8 +36,8 @@ impl fmt::Display for ValueSource {
     }
 }
 
-/// Replaces the idents and the device ID that `device.yaml` marks as invented by those that the device reports, else by those of the
-/// GSDML, and marks them as taken from a description. Records marked as invented are marked too, if the GSDML has the same layout.
+/// Replaces the idents and the device ID that `device.yaml` marks as invented, and interface and ports, by those that the device
+/// reports, else by those of the GSDML, and marks them as taken from a description. Records marked as invented are marked too, if the GSDML has the same layout.
 /// Values printed in the manual are not changed.
 ///
 /// `variant` is an index into `device.variants`. If a GSDML leaves several choices and the device does not decide between them, nothing
@@ -43,17 +47,28 @@ pub fn overlay(
     variant: usize,
     gsdml: Option<&Gsdml>,
     says: Option<&ReportedIdentity>,
+    confirmed: &[(String, String)],
 ) -> Overlay {
     let variant = device.variants.get(variant).cloned().unwrap_or_default();
     let points = gsdml.map_or_else(Vec::new, |gsdml| matching::access_points(gsdml, &variant, says));
-    let mut work =
-        OverlayBuilder { device, variant, gsdml, points, says, settled: Vec::new(), done: Overlay::default() };
+    let mut work = OverlayBuilder {
+        device,
+        variant,
+        gsdml,
+        points,
+        says,
+        confirmed,
+        settled: Vec::new(),
+        done: Overlay::default(),
+    };
     work.device_id();
     work.access_point();
+    work.network();
     for index in 0..work.device.modules.len() {
         work.module(index);
     }
     work.records();
+    work.other_records();
     work.done
 }
 
@@ -63,6 +78,8 @@ struct OverlayBuilder<'w> {
     gsdml: Option<&'w Gsdml>,
     points: Vec<&'w AccessPoint>,
     says: Option<&'w ReportedIdentity>,
+    /// Fields and names in the GSDML on which a person decided.
+    confirmed: &'w [(String, String)],
     /// The indices of the submodules whose ident was taken over.
     settled: Vec<usize>,
     done: Overlay,
@@ -73,6 +90,18 @@ struct OverlayBuilder<'w> {
 struct ModuleIdents {
     /// For each submodule its index, the ident of its module, and its own ident.
     submodules: Vec<(usize, u32, u32)>,
+}
+
+/// The subslot of the interface; those of its ports follow.
+const INTERFACE_SUBSLOT: u16 = 0x8000;
+
+/// Interface and ports of an access point: their subslots and idents, in the order of the subslots.
+fn network_of(point: &AccessPoint) -> Vec<(u16, u32)> {
+    let is_network = |of: &&GsdmlSubmodule| matches!(of.kind, SubmoduleKind::Interface | SubmoduleKind::Port);
+    let found = point.submodules.iter().filter(is_network);
+    let mut network: Vec<(u16, u32)> = found.filter_map(|of| Some((*of.subslots.first()?.start(), of.ident))).collect();
+    network.sort_unstable();
+    network
 }
 
 impl OverlayBuilder<'_> {
@@ -132,6 +161,31 @@ impl OverlayBuilder<'_> {
                 Some((module, ident, from)) => self.take_idents(index, module, ident, from),
                 None => self.done.missing.push(format!("the ident of {}: {}", of.name, self.missing_reason())),
             }
+        }
+    }
+
+    /// Takes over interface and ports, which some controllers expect in each connection. Without a source none are known.
+    fn network(&mut self) {
+        let own = self.device.profinet().map_or_else(Vec::new, |facts| facts.network.clone());
+        if own.is_empty() {
+            return;
+        }
+        let plugged = self.says.map_or(&[][..], |says| &says.plugged).iter();
+        let plugged = plugged.filter(|of| of.slot == 0 && of.subslot >= INTERFACE_SUBSLOT);
+        let said: Vec<(u16, u32)> = plugged.map(|of| (of.subslot, of.submodule_ident)).collect();
+        let read = unanimous(self.points.iter().map(|point| Some(network_of(point)))).unwrap_or_default();
+        let found =
+            [(said, ValueSource::Device), (read, ValueSource::Gsdml)].into_iter().find(|(of, _)| !of.is_empty());
+        match &found {
+            Some((network, _)) if *network == own => {}
+            Some((_, from)) => self.done.taken.push(format!("the idents of interface and ports are from {from}")),
+            None => self.done.missing.push(format!(
+                "the idents of interface and ports, which no connection expects therefore: {}",
+                self.missing_reason()
+            )),
+        }
+        if let Some(facts) = self.device.bus.profinet_mut() {
+            facts.network = found.map(|(network, _)| network).unwrap_or_default();
         }
     }
 
@@ -261,32 +315,147 @@ impl OverlayBuilder<'_> {
         (is_one && rivals.count() == 1).then_some(plugged)
     }
 
-    /// Marks records with an invented layout that the GSDML confirms.
+    /// Takes over the layout of start records, by the meaning of their parameters.
     fn records(&mut self) {
         let Some(gsdml) = self.gsdml else { return };
+        let known_indices: Vec<u32> = self
+            .device
+            .records
+            .iter()
+            .filter(|record| record.origin != Origin::Invented)
+            .map(|record| u32::from(record.index))
+            .collect();
         for index in 0..self.device.records.len() {
             let record = &self.device.records[index];
-            let Some(at) = self.device.submodules.get(record.at) else { continue };
+            let Some(at) = self.device.submodules.get(record.at).filter(|_| record.start) else { continue };
             let slots = self.points.iter().flat_map(|point| matching::in_slot(gsdml, point, at.slot));
-            let known = slots.flat_map(|slotted| slotted.in_subslot(at.subslot)).flat_map(|known| &known.records);
-            let same =
-                |known: &&super::GsdmlRecord| known.index == u32::from(record.index) && known.octets == record.octets;
-            let Some(known) = known.clone().find(same) else { continue };
-            let has = |field: &RecordField| known.items.iter().any(|item| is_place_of(item, field));
-            let confirmed: Vec<bool> = record.fields.iter().map(has).collect();
-            let record = &mut self.device.records[index];
-            for (field, _) in record.fields.iter_mut().zip(&confirmed).filter(|(_, known)| **known) {
-                if field.origin == Origin::Invented {
-                    field.origin = Origin::Description;
-                    self.done.taken.push(format!("the offset of {}.{} is that of the GSDML", record.name, field.name));
-                }
-            }
-            if record.origin == Origin::Invented && confirmed.iter().all(|known| *known) {
-                record.origin = Origin::Description;
-                self.done.taken.push(format!("the layout of {} is that of the GSDML", record.name));
+            let known: Vec<&GsdmlRecord> =
+                slots.flat_map(|slotted| slotted.in_subslot(at.subslot)).flat_map(|known| &known.records).collect();
+            if record.origin == Origin::Invented {
+                let own = known.into_iter().filter(|of| !known_indices.contains(&of.index)).collect::<Vec<_>>();
+                self.invented_record(index, &own);
+            } else {
+                let own = known.into_iter().filter(|of| of.index == u32::from(record.index)).collect::<Vec<_>>();
+                self.printed_record(index, &own);
             }
         }
     }
+
+    /// Adds the start records of the GSDML that the manual lacks, with their defaults, to the submodules of the manual's modules.
+    fn other_records(&mut self) {
+        let Some(gsdml) = self.gsdml else { return };
+        let point = match self.points[..] {
+            [only] => only,
+            _ => return,
+        };
+        let mut added: Vec<DeviceRecord> = Vec::new();
+        for module in 0..self.device.modules.len() {
+            for (slot, submodules) in matching::slots(self.device, module) {
+                let of = (module, slot, submodules.as_slice());
+                let found = matching::find(gsdml, point, self.device, of, &self.variant, self.says);
+                let ModuleMatch::One(_, found) = found else { continue };
+                for (at, found) in found {
+                    let SubmoduleMatch::One(known) = found else { continue };
+                    for record in &known.records {
+                        self.other_record(record, (module, at), &mut added);
+                    }
+                }
+            }
+        }
+        added.sort_by_key(|record| record.index);
+        for record in added {
+            let (name, octets) = (&record.name, record.octets);
+            self.done
+                .taken
+                .push(format!("{name} is only in the GSDML, with {octets} bytes; it is sent with its defaults"));
+            self.device.records.push(record);
+        }
+    }
+
+    fn other_record(&self, known: &GsdmlRecord, (module, at): (usize, usize), added: &mut Vec<DeviceRecord>) {
+        let is_known = |record: &DeviceRecord| record.start && u32::from(record.index) == known.index;
+        let Ok(index) = u16::try_from(known.index) else { return };
+        if self.device.records.iter().any(is_known) {
+            return;
+        }
+        let is_same = |of: &&mut DeviceRecord| (of.index, of.at) == (index, at) && of.template == known.default;
+        if let Some(same) = added.iter_mut().find(is_same) {
+            same.with.get_or_insert_default().push(module);
+            return;
+        }
+        added.push(DeviceRecord {
+            name: format!("record_0x{index:x}"),
+            index,
+            at,
+            octets: known.octets,
+            start: true,
+            with: Some(vec![module]),
+            fields: Vec::new(),
+            template: known.default.clone(),
+            origin: Origin::Description,
+        });
+    }
+
+    fn find(&self, record: &DeviceRecord, known: &GsdmlRecord) -> RecordMatch {
+        RecordMatch::find(record, known.items.iter().map(parameter).collect(), self.confirmed)
+    }
+
+    /// A record whose layout no manual prints: the record of the GSDML in which all of its parameters are found.
+    fn invented_record(&mut self, index: usize, known: &[&GsdmlRecord]) {
+        let record = &self.device.records[index];
+        let found = known.iter().map(|known| (*known, self.find(record, known)));
+        let mut best: Option<(&GsdmlRecord, RecordMatch)> = None;
+        for (known, found) in found {
+            let is_same = best.as_ref().is_some_and(|(other, _)| same_layout(other, known));
+            if !is_same && best.as_ref().is_none_or(|(_, other)| found.found() > other.found()) {
+                best = Some((known, found));
+            }
+        }
+        let name = record.name.clone();
+        let Some((known, found)) = best.filter(|(_, found)| found.found() > 0) else {
+            self.done.missing.push(format!("the layout of {name}: no record of the GSDML has its parameters"));
+            return;
+        };
+        self.done.parameters.extend(found.lines(record));
+        if let Some(doubts) = found.doubts(record) {
+            self.done.missing.push(format!("the layout of {name}: {doubts}"));
+            return;
+        }
+        let record = &mut self.device.records[index];
+        record.index = u16::try_from(known.index).unwrap_or(record.index);
+        found.take_over(record, &known.default);
+        self.done.taken.push(format!(
+            "{name} is the record 0x{:X} of the GSDML with {} bytes; its parameters were found by their names",
+            known.index, known.octets
+        ));
+    }
+
+    /// A record whose layout the manual prints: a parameter that the GSDML has elsewhere, or with other values, is in doubt. Fields with
+    /// an invented place are confirmed by their place.
+    fn printed_record(&mut self, index: usize, known: &[&GsdmlRecord]) {
+        let record = &self.device.records[index];
+        let same = known.iter().find(|known| known.octets == record.octets);
+        let Some(known) = same else { return };
+        if let Some(contradictions) = self.find(record, known).contradictions(record) {
+            self.done.missing.push(format!("the layout of {}: {contradictions}", record.name));
+            self.device.records[index].origin = Origin::Invented;
+            return;
+        }
+        let has = |field: &RecordField| known.items.iter().any(|item| is_place_of(item, field));
+        let confirmed: Vec<bool> = record.fields.iter().map(has).collect();
+        let record = &mut self.device.records[index];
+        for (field, _) in record.fields.iter_mut().zip(&confirmed).filter(|(_, known)| **known) {
+            if field.origin == Origin::Invented {
+                field.origin = Origin::Description;
+                self.done.taken.push(format!("the offset of {}.{} is that of the GSDML", record.name, field.name));
+            }
+        }
+    }
+}
+
+/// Whether two records have the same bytes for the same parameters.
+fn same_layout(one: &GsdmlRecord, other: &GsdmlRecord) -> bool {
+    (one.index, one.octets, &one.default, &one.items) == (other.index, other.octets, &other.default, &other.items)
 }
 
 /// Whether an item of a GSDML has the offset and size of a field of the manual.

@@ -2,9 +2,12 @@
 
 use super::model::{AccessPoint, Gsdml, GsdmlModule, GsdmlSubmodule, ModuleInfo, PluggableItem, SubmoduleKind};
 use super::xml::{GsdmlDocument, below, child, children, numeral, value};
+use encoding_rs::Encoding;
 use roxmltree::{Document, Node, ParsingOptions};
 use std::ops::RangeInclusive;
 
+/// The bytes in which an XML declaration ends.
+const LONGEST_DECLARATION: usize = 512;
 /// Upper limit of the elements and attributes of a file.
 const MOST_NODES: u32 = 4_000_000;
 
@@ -20,33 +23,41 @@ pub struct GsdmlError {
     pub message: String,
 }
 
-/// Reads the bytes of a GSDML file: UTF-8, or UTF-16 with a byte order mark.
+/// Reads the bytes of a GSDML file in the encoding of its byte order mark or XML declaration; UTF-8 without either.
 ///
 /// # Errors
 ///
-/// Those of [`read`], and bytes that are not text, with their position.
+/// Those of [`read`], an unknown encoding, and bytes that are not text in their encoding, with their position.
 pub fn read_octets(octets: &[u8]) -> Result<Gsdml, GsdmlError> {
-    let units = |from: fn([u8; 2]) -> u16| -> Vec<u16> {
-        octets.chunks_exact(2).skip(1).map(|pair| from([pair[0], pair[1]])).collect()
+    let encoding = match Encoding::for_bom(octets) {
+        Some((encoding, _)) => encoding,
+        None => declared_encoding(octets)?,
     };
-    let wide = match octets {
-        [0xFF, 0xFE, ..] => Some(units(u16::from_le_bytes)),
-        [0xFE, 0xFF, ..] => Some(units(u16::from_be_bytes)),
-        _ => None,
+    let (text, _, is_damaged) = encoding.decode(octets);
+    if !is_damaged {
+        return read(&text);
+    }
+    let good = text.split(char::REPLACEMENT_CHARACTER).next().unwrap_or_default();
+    let line = good.matches('\n').count() as u32 + 1;
+    let column = good.rsplit('\n').next().unwrap_or_default().chars().count() as u32 + 1;
+    let name = encoding.name();
+    let message = format!("not {name}: correct the encoding in the first line of the file, or save it as UTF-8");
+    Err(GsdmlError { line, column, message })
+}
+
+/// The encoding in the XML declaration, which is readable as ASCII; UTF-8 if there is none.
+fn declared_encoding(octets: &[u8]) -> Result<&'static Encoding, GsdmlError> {
+    let head = String::from_utf8_lossy(octets.get(..octets.len().min(LONGEST_DECLARATION)).unwrap_or_default());
+    let declaration = head.trim_start().strip_prefix("<?xml").and_then(|rest| rest.split("?>").next());
+    let named = declaration.and_then(|text| text.split_once("encoding")?.1.split(['"', '\'']).nth(1));
+    let Some(name) = named else { return Ok(encoding_rs::UTF_8) };
+    let unknown = || {
+        let message = format!("the encoding `{}` is unknown; save the file as UTF-8", name.escape_debug());
+        GsdmlError { line: 1, column: 1, message }
     };
-    if let Some(wide) = wide {
-        return read(&String::from_utf16_lossy(&wide));
-    }
-    match std::str::from_utf8(octets) {
-        Ok(text) => read(text),
-        Err(error) => {
-            let good = String::from_utf8_lossy(octets.get(..error.valid_up_to()).unwrap_or_default()).into_owned();
-            let line = good.matches('\n').count() as u32 + 1;
-            let column = good.rsplit('\n').next().unwrap_or_default().chars().count() as u32 + 1;
-            let message = "not UTF-8: save the file as UTF-8, which GSDML requires".into();
-            Err(GsdmlError { line, column, message })
-        }
-    }
+    // A file that says UTF-16 and is readable as ASCII is not in UTF-16.
+    let encoding = Encoding::for_label(name.trim().as_bytes()).ok_or_else(unknown)?;
+    Ok(if encoding.is_ascii_compatible() { encoding } else { encoding_rs::UTF_8 })
 }
 
 /// Reads the text of a GSDML file.

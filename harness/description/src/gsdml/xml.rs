@@ -17,6 +17,8 @@ pub(super) struct GsdmlDocument<'d> {
     document: &'d Document<'d>,
     remarks: RefCell<Vec<String>>,
     texts: FxHashMap<&'d str, &'d str>,
+    /// The texts in the other languages.
+    translations: FxHashMap<&'d str, Vec<&'d str>>,
     values: FxHashMap<&'d str, Node<'d, 'd>>,
 }
 
@@ -59,6 +61,7 @@ impl<'d> GsdmlDocument<'d> {
             document,
             remarks: RefCell::default(),
             texts: FxHashMap::default(),
+            translations: FxHashMap::default(),
             values: FxHashMap::default(),
         };
         for node in document.root().descendants().filter(Node::is_element) {
@@ -67,6 +70,13 @@ impl<'d> GsdmlDocument<'d> {
                     for text in children(node, "Text") {
                         if let (Some(id), Some(value)) = (text.attribute("TextId"), text.attribute("Value")) {
                             page.texts.insert(id, value);
+                        }
+                    }
+                }
+                "Language" => {
+                    for text in children(node, "Text") {
+                        if let (Some(id), Some(value)) = (text.attribute("TextId"), text.attribute("Value")) {
+                            page.translations.entry(id).or_default().push(value);
                         }
                     }
                 }
@@ -157,6 +167,12 @@ impl<'d> GsdmlDocument<'d> {
         }
     }
 
+    /// The same text in the other languages of the file.
+    pub(super) fn translations(&self, node: Node<'_, '_>) -> Vec<String> {
+        let known = node.attribute("TextId").and_then(|id| self.translations.get(id));
+        known.map_or_else(Vec::new, |texts| texts.iter().map(|text| text.trim().to_owned()).collect())
+    }
+
     /// The name of an element: its child `Name`, else its own `TextId`.
     pub(super) fn name(&self, node: Node<'d, 'd>) -> String {
         self.text(child(node, "Name").unwrap_or(node))
@@ -164,13 +180,26 @@ impl<'d> GsdmlDocument<'d> {
 
     /// The names for numbers in a value item.
     pub(super) fn words(&self, node: Node<'_, '_>) -> Vec<(i128, String)> {
-        let Some(id) = node.attribute("ValueItemTarget") else { return Vec::new() };
-        let Some(item) = self.values.get(id) else {
+        if let Some(id) = node.attribute("ValueItemTarget").filter(|id| !self.values.contains_key(id)) {
             self.remark(node, &format!("there is no value item `{id}`"));
-            return Vec::new();
-        };
-        let assigned = below(*item, &["Assignments", "Assign"]);
-        assigned.into_iter().filter_map(|node| Some((self.number(node, "Content")?, self.text(node)))).collect()
+        }
+        let assigned = self.assignments(node).into_iter();
+        assigned.filter_map(|node| Some((self.number(node, "Content")?, self.text(node)))).collect()
+    }
+
+    /// The names for numbers in a value item in the other languages.
+    pub(super) fn translated_words(&self, node: Node<'_, '_>) -> Vec<(i128, String)> {
+        let each = self.assignments(node).into_iter().flat_map(|node| {
+            let number = node.attribute("Content").and_then(numeral::<i128>);
+            self.translations(node).into_iter().filter_map(move |text| Some((number?, text)))
+        });
+        each.collect()
+    }
+
+    /// The elements of the value item of an element that give a number its text.
+    fn assignments(&self, node: Node<'_, '_>) -> Vec<Node<'d, 'd>> {
+        let item = node.attribute("ValueItemTarget").and_then(|id| self.values.get(id));
+        item.map_or_else(Vec::new, |item| below(*item, &["Assignments", "Assign"]))
     }
 
     /// Bytes as `0x00,0x01`; an unreadable one is noted and ends them.

@@ -18,7 +18,7 @@ pub struct BugEffect<'a> {
     pub missed: BTreeSet<usize>,
     /// Number of failed trials, and of all.
     pub trials: (usize, usize),
-    /// How the report groups the failures, for each variant with failures.
+    /// How the report groups the failures, for each variant in which a requirement fails that the bug breaks.
     pub causes: Vec<CauseOfBug>,
 }
 
@@ -104,6 +104,9 @@ fn cause(bug: &Bug, run: &DeviceRun) -> Option<CauseOfBug> {
         let is_broken = |of: &&Covered| of.verdict == Verdict::Fail && bug.breaks.contains(&of.requirement);
         case.covers.iter().any(|of| is_broken(&of))
     };
+    if !run.cases.iter().any(|case| breaks(&case)) {
+        return None;
+    }
     let find = |id: &String| run.cases.iter().find(|case| case.id == *id);
     Some(CauseOfBug {
         groups: run.causes.len(),

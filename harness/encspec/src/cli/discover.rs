@@ -1,7 +1,7 @@
-//! `encspec discover`: lists the stations on a PROFINET segment.
+//! `encspec discover`: lists the stations on a PROFINET segment or a PROFIBUS.
 
-use super::port::PortArgs;
-use super::{CommandError, CommandResult, ListingFormat, Suites, list, print_message, show};
+use super::port::{DiscoverySegment, LineArgs, PortArgs, SegmentArgs};
+use super::{CommandError, CommandResult, ListingFormat, Suites, list, print_message, show, slaves};
 use clap::Args;
 use live::discover::DiscoveredStation;
 use plain_text::printable;
@@ -16,8 +16,10 @@ use suite::model::Manual;
 #[derive(Debug, Args)]
 pub(super) struct DiscoverArgs {
     #[command(flatten)]
-    port: PortArgs,
-    /// Seconds to wait for answers
+    segment: SegmentArgs,
+    #[command(flatten)]
+    line: LineArgs,
+    /// Seconds to wait for answers on PROFINET
     #[arg(long, value_name = "SECONDS", default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..=120))]
     wait: u64,
     /// Output format
@@ -78,8 +80,16 @@ fn suites_for(ids: (u16, u16), manuals: &[Manual]) -> (Option<String>, Vec<Strin
 
 pub(super) fn run(args: &DiscoverArgs) -> CommandResult {
     let manuals = args.suites.load()?;
-    let (survey, place) = args.port.survey(Duration::from_secs(args.wait))?;
-    let stations: Vec<ListedStation> = survey.stations.iter().map(|found| ListedStation::of(found, &manuals)).collect();
+    match args.segment.segment() {
+        DiscoverySegment::Line(path) => slaves::discover(&path, &args.line, args.format, &manuals),
+        DiscoverySegment::Port(port) => stations(args, &port, &manuals),
+    }
+}
+
+fn stations(args: &DiscoverArgs, port: &PortArgs, manuals: &[Manual]) -> CommandResult {
+    let (survey, opened) = port.survey(Duration::from_secs(args.wait))?;
+    let stations: Vec<ListedStation> = survey.stations.iter().map(|found| ListedStation::of(found, manuals)).collect();
+    let place = opened.describe();
     match args.format {
         ListingFormat::Json => {
             #[derive(Serialize)]
@@ -95,7 +105,7 @@ pub(super) fn run(args: &DiscoverArgs) -> CommandResult {
         }
     }
     if survey.stations.is_empty() {
-        return Err(CommandError::bench(format!("no station answered at {place} within {} s", args.wait)));
+        return Err(CommandError::bench(format!("no station answered at {} within {} s", place, args.wait)));
     }
     Ok(ExitStatus::Green)
 }

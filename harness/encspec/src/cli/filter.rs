@@ -14,7 +14,9 @@ pub fn suggest_id(filter: &str, ids: &[String]) -> Option<String> {
     } else {
         parts().chain(cases()).collect()
     };
-    let near = nearest(filter, words.iter().copied());
+    // With --exact the last part of an id is not enough.
+    let ended = whole.clone().find(|id| id.strip_suffix(filter).is_some_and(|before| before.ends_with('/')));
+    let near = ended.map(str::to_owned).or_else(|| nearest(filter, words.iter().copied()));
     near.or_else(|| filter.rsplit_once('/').and_then(|(_, last)| nearest(last, parts().chain(cases()))))
 }
 
@@ -31,6 +33,8 @@ mod tests {
     #[case("enc/preset/absolut", Some("enc/preset/absolute"))]
     #[case("preset/absolut", Some("preset/absolute"))]
     #[case("one-positoin", Some("one-position"))]
+    #[case("absolute", Some("enc/preset/absolute"))]
+    #[case("preset/shifted[mode 1]", Some("enc/preset/shifted[mode 1]"))]
     #[case("xyzzy", None)]
     fn the_nearest_id_is_suggested(#[case] filter: &str, #[case] meant: Option<&str>) {
         let ids: Vec<String> = IDS.iter().map(|id| (*id).to_owned()).collect();

@@ -47,7 +47,7 @@ fn one(file: &Path, device: Option<&str>, suites: &Suites) -> CommandResult {
                 "{name} is a PROFINET device; use `encspec gsdml` with its GSDML file"
             )));
         }
-        let overlay = gsd::overlay(&mut device.clone(), Some(&read));
+        let overlay = gsd::overlay(&mut device.clone(), Some(&read), &[]);
         Ok((gsd::compare(device, variant, &read), overlay))
     })
 }

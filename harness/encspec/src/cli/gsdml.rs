@@ -44,7 +44,7 @@ pub fn open(file: &Path) -> Result<Gsdml, CommandError> {
 fn one(file: &Path, device: Option<&str>, suites: &Suites) -> CommandResult {
     let read = open(file)?;
     vendor_file::against(gsdml::show(&read), device, suites, |device, variant| {
-        let overlay = gsdml::overlay(&mut device.clone(), variant, Some(&read), None);
+        let overlay = gsdml::overlay(&mut device.clone(), variant, Some(&read), None, &[]);
         Ok((gsdml::compare(device, variant, Some(&read), None), overlay))
     })
 }

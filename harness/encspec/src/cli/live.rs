@@ -1,14 +1,16 @@
 //! Opens the live devices that the command line names.
 
 use super::{CommandError, Suites, print_message};
-use ::live::device::DeviceOnBench;
+use ::live::device::{ComparedDevice, DeviceOnBench};
 use description::gsd;
 use description::gsdml::{self, Gsdml};
+use description::variant::{profibus_readings, profinet_readings};
 use engine::{DpLine, DutKind, DutSpec, LiveDevice, SharedLiveDevice};
 use expression::Value;
+use link::Port;
 use live::device_discovery::ExpectedDevice;
 use live::lock::Lock;
-use live::preflight;
+use live::preflight::{self, PreflightPurpose};
 use live::profibus;
 use live::stand::LiveStand;
 use results::bench_file::{self, ANY_DEVICE, BenchFile, DeviceClaim, LinkSpec};
@@ -73,6 +75,18 @@ fn lock_name(bench: &BenchFile) -> String {
 ///
 /// Trials on PROFINET use `persona`; PROFIBUS ignores it.
 pub fn open(
+    bench: BenchFile,
+    suites: &Suites,
+    long: bool,
+    persona: Option<Arc<Persona>>,
+) -> Result<DutSpec, CommandError> {
+    open_for(PreflightPurpose::Run, None, bench, suites, long, persona)
+}
+
+/// The same for another purpose, perhaps at a port that is open already.
+pub fn open_for(
+    purpose: PreflightPurpose<'_>,
+    port: Option<Box<dyn Port>>,
     mut bench: BenchFile,
     suites: &Suites,
     long: bool,
@@ -97,8 +111,8 @@ pub fn open(
     let DeviceClaim { manual: name, variant: claimed } = bench.claim.clone();
     link::interrupt::watch();
     let live = match manual.device.profibus() {
-        None => prepare_profinet_device(bench, manual, variant, long, persona)?,
-        Some(_) => prepare_profibus_slave(bench, manual, variant, long)?,
+        None => prepare_profinet_device(purpose, port, bench, manual, variant, long, persona)?,
+        Some(_) => prepare_profibus_slave(purpose, bench, manual, variant, long)?,
     };
     if let Some(why) = live.passive() {
         print_message(&format!("only cases that read are run: {why}"));
@@ -108,6 +122,8 @@ pub fn open(
 
 /// Prepares a PROFINET device.
 fn prepare_profinet_device(
+    purpose: PreflightPurpose<'_>,
+    port: Option<Box<dyn Port>>,
     mut bench: BenchFile,
     mut manual: Manual,
     variant: usize,
@@ -126,18 +142,26 @@ fn prepare_profinet_device(
     let expected = ExpectedDevice { vendor_id, device_id: printed.or(described), cycle, firmware_pages };
     let scheduling = link::realtime::raise();
     let mut offers = None;
-    let prepared = preflight::prepare(&bench, &expected, &mut || query_stand_abilities(&bench, &mut offers));
+    let mut opened = || query_stand_abilities(&bench, &mut offers);
+    let prepared = match port {
+        Some(port) => preflight::prepare_at(port, &bench, &expected, purpose, &mut opened),
+        None => preflight::prepare(&bench, &expected, purpose, &mut opened),
+    };
     let mut prepared = prepared.map_err(|why| CommandError::bench(why.to_string()))?;
     bench.stand.offers = offers;
     prepared.notes.extend(scheduling.granted.into_iter().chain(scheduling.refused));
-    let overlay = gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.reported));
+    let variant_readings = profinet_readings(device, description.as_ref(), Some(&prepared.reported));
+    let overlay =
+        gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.reported), &bench.start_parameters);
     prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
     let findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.reported));
-    Ok(DeviceOnBench::new(bench, manual, prepared, long, findings, persona))
+    let compared = ComparedDevice { findings, variant_readings };
+    Ok(DeviceOnBench::new(bench, manual, prepared, long, compared, persona))
 }
 
 /// Prepares a PROFIBUS slave.
 fn prepare_profibus_slave(
+    purpose: PreflightPurpose<'_>,
     mut bench: BenchFile,
     mut manual: Manual,
     variant: usize,
@@ -154,14 +178,17 @@ fn prepare_profibus_slave(
     };
     let scheduling = link::realtime::raise();
     let mut offers = None;
-    let prepared = profibus::preflight::prepare(&bench, &expected, &mut || query_stand_abilities(&bench, &mut offers));
+    let prepared =
+        profibus::preflight::prepare(&bench, &expected, purpose, &mut || query_stand_abilities(&bench, &mut offers));
     let mut prepared = prepared.map_err(|why| CommandError::bench(why.to_string()))?;
     bench.stand.offers = offers;
     prepared.notes.extend(scheduling.granted.into_iter().chain(scheduling.refused));
-    let overlay = gsd::overlay(device, description.as_ref());
+    let variant_readings = profibus_readings(device, description.as_ref());
+    let overlay = gsd::overlay(device, description.as_ref(), &bench.start_parameters);
     prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
     let findings = description.iter().flat_map(|known| gsd::compare(device, variant, known)).collect();
-    Ok(DeviceOnBench::on_bus(bench, manual, prepared, long, findings))
+    let compared = ComparedDevice { findings, variant_readings };
+    Ok(DeviceOnBench::on_bus(bench, manual, prepared, long, compared))
 }
 
 /// Queries the abilities of the stand's control channel, once, before any frame is sent.
@@ -171,7 +198,7 @@ fn query_stand_abilities(bench: &BenchFile, offers: &mut Option<Vec<String>>) ->
 }
 
 /// Loads the suite that the device claims to implement, with the times of the bench.
-fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, CommandError> {
+pub(super) fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, CommandError> {
     let boot_time = bench.boot_time.map(|time| ("power_up".to_owned(), Value::nanos(time.as_nanos() as i128)));
     let times = BenchTimes {
         cycle: bench.cycle,
@@ -191,7 +218,7 @@ fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, CommandError> {
     manuals.pop().ok_or_else(|| CommandError::usage(format!("there is no suite for {}", bench.claim.manual)))
 }
 
-fn read_gsdml(path: &Path) -> Result<Gsdml, CommandError> {
+pub(super) fn read_gsdml(path: &Path) -> Result<Gsdml, CommandError> {
     let failed = |why: String| CommandError::usage(format!("the GSDML {}: {why}", path.display()));
     let octets = std::fs::read(path).map_err(|error| failed(error.to_string()))?;
     gsdml::read_octets(&octets).map_err(|error| failed(error.to_string()))

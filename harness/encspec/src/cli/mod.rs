@@ -26,6 +26,7 @@ mod record;
 mod replay;
 pub mod run;
 mod serve;
+mod slaves;
 mod variations;
 mod vendor_file;
 
@@ -91,7 +92,7 @@ enum CliCommand {
     Gsdml(gsdml::GsdmlArgs),
     /// Print the contents of a GSD file (PROFIBUS), and compare it with a manual
     Gsd(gsd::GsdArgs),
-    /// Discover the stations on a PROFINET segment
+    /// Discover the stations on a PROFINET segment or a PROFIBUS
     Discover(discover::DiscoverArgs),
     /// Create bench files, and restore a device after an interrupted run
     Bench(bench::BenchArgs),

@@ -27,7 +27,7 @@ pub(super) struct RecordArgs {
     #[command(flatten)]
     from: RecordSource,
     /// Bit rate of the bus in bit/s; required with --serial; with --from-hex it spaces the frames of one log line
-    #[arg(long, value_name = "RATE", value_parser = baud, conflicts_with = "nic")]
+    #[arg(long, value_name = "RATE", value_parser = super::port::baud, conflicts_with = "nic")]
     baud: Option<BaudRate>,
     /// Stop after this many seconds [default: stop on Ctrl-C]
     #[arg(long, value_name = "SECONDS", conflicts_with = "log")]
@@ -47,12 +47,6 @@ struct RecordSource {
     /// PROFIBUS log with a timestamp and hexadecimal bytes on each line; - reads standard input
     #[arg(long = "from-hex", value_name = "LOG")]
     log: Option<PathBuf>,
-}
-
-fn baud(text: &str) -> Result<BaudRate, String> {
-    let known = || BaudRate::STANDARD.iter().map(|rate| rate.0.to_string()).collect::<Vec<_>>().join(", ");
-    let rate = text.parse().ok().map(BaudRate).filter(|rate| BaudRate::STANDARD.contains(rate));
-    rate.ok_or_else(|| format!("not a PROFIBUS bit rate; use one of {}", known()))
 }
 
 pub(super) fn record(args: &RecordArgs) -> CommandResult {

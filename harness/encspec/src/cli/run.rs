@@ -12,7 +12,7 @@ use replay::PageCapture;
 use report::page::{Mark, Timeline};
 use report::{self, CaseEvidence, ReportFormat};
 use results::ledger::{self, Date, Ledger};
-use results::outcome::{CaseResult, RunResult};
+use results::outcome::{CaseResult, MinimumPass, RunResult};
 use std::ffi::OsStr;
 use std::fs::{File, OpenOptions};
 use std::io::{self, IsTerminal, Write};
@@ -53,6 +53,12 @@ pub struct RunArgs {
     /// Lowest requirement level whose failures make the run red
     #[arg(long, value_enum, default_value_t)]
     gate: FailureGate,
+    /// Least number of results of each device that have to pass, or a percentage of all its results: 40 or 80%
+    #[arg(long, value_name = "N|P%")]
+    min_pass: Option<MinimumPass>,
+    /// Results that make the run red although they do not by themselves
+    #[arg(long, value_enum)]
+    fail_on: Option<FailOn>,
     /// Write a report; FORMAT is console, html, json, junit, tap or text, FILE - is standard output; may be repeated
     #[arg(long, value_name = "FORMAT=FILE", value_parser = parse_report_request)]
     report: Vec<ReportRequest>,
@@ -77,6 +83,9 @@ pub struct RunArgs {
     /// Also run cases that wait for minutes on a live device
     #[arg(long)]
     long: bool,
+    /// How often a live trial is repeated that has no verdict only because this host or the line was late
+    #[arg(long, value_name = "N", default_value_t = engine::STALL_REPEATS)]
+    stall_repeats: u32,
     /// Seconds to wait for a live device that another process is testing
     #[arg(long, value_name = "SECONDS", default_value_t = 60)]
     lock_wait: u64,
@@ -95,6 +104,13 @@ enum FailureGate {
     /// Failures of `must` and `should` requirements
     #[default]
     Should,
+}
+
+/// Results that make a run red only on request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FailOn {
+    /// What the bench cannot test
+    NotApplicable,
 }
 
 /// A report that `--report` requests.
@@ -149,6 +165,8 @@ pub struct RunRequest {
     pub record: Option<PathBuf>,
     /// `--threads`; 0 for the number of processors.
     pub threads: usize,
+    /// `--stall-repeats`.
+    pub stall_repeats: u32,
     /// `--lock-wait`.
     pub lock_wait: Duration,
     /// `--part`.
@@ -203,6 +221,7 @@ impl RunRequest {
             gate_must: self.gate_must,
             part: self.part,
             persona: persona.clone(),
+            stall_repeats: self.stall_repeats,
         };
         check_filter_matches(&options, manuals)?;
         let benches =
@@ -335,6 +354,7 @@ pub(super) fn run(args: &RunArgs) -> CommandResult {
         record: args.record.clone(),
         threads: args.threads,
         lock_wait: Duration::from_secs(args.lock_wait),
+        stall_repeats: args.stall_repeats,
         part: args.part,
         long: args.long,
         suites: args.suites.clone(),
@@ -360,6 +380,8 @@ pub(super) fn run(args: &RunArgs) -> CommandResult {
     bar.finish_and_clear();
     let mut result = result?;
     result.repeat = options_to_repeat(&args.suites);
+    result.min_pass = args.min_pass;
+    result.fail_on_not_applicable = args.fail_on == Some(FailOn::NotApplicable);
     for (requested, file) in args.report.iter().zip(files) {
         let text = match requested.format {
             ReportFormat::Html => report::html(&result, &|case| evidence_pictures(case, &manuals)),

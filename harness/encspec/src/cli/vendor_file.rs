@@ -2,13 +2,59 @@
 
 use super::dut::claim;
 use super::{CommandError, CommandResult, Suites, show};
-use description::gsdml::Overlay;
+use description::gsd::Gsd;
+use description::gsdml::{Gsdml, Overlay};
 use report::{ExitStatus, finding};
-use results::outcome::{DeviceFinding, FindingSeverity};
+use results::outcome::{DescriptionKind, DeviceFinding, FindingSeverity};
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use suite::device::DeviceDescription;
+
+/// A vendor's description that was read.
+pub(super) struct DescriptionFile {
+    pub kind: DescriptionKind,
+    pub path: PathBuf,
+    contents: DescriptionContents,
+}
+
+enum DescriptionContents {
+    Gsdml(Gsdml),
+    Gsd(Gsd),
+}
+
+impl DescriptionFile {
+    /// Reads a file. The error names it and the line.
+    pub fn open(kind: DescriptionKind, path: &Path) -> Result<DescriptionFile, CommandError> {
+        let contents = match kind {
+            DescriptionKind::Gsdml => DescriptionContents::Gsdml(super::gsdml::open(path)?),
+            DescriptionKind::Gsd => DescriptionContents::Gsd(super::gsd::open(path)?),
+        };
+        Ok(DescriptionFile { kind, path: path.to_owned(), contents })
+    }
+
+    pub fn gsdml(&self) -> Option<&Gsdml> {
+        match &self.contents {
+            DescriptionContents::Gsdml(gsdml) => Some(gsdml),
+            DescriptionContents::Gsd(_) => None,
+        }
+    }
+
+    pub fn gsd(&self) -> Option<&Gsd> {
+        match &self.contents {
+            DescriptionContents::Gsd(gsd) => Some(gsd),
+            DescriptionContents::Gsdml(_) => None,
+        }
+    }
+
+    /// What the description adds to the device of a manual.
+    pub fn overlay(&self, device: &mut DeviceDescription, variant: usize) -> Overlay {
+        match &self.contents {
+            DescriptionContents::Gsdml(gsdml) => description::gsdml::overlay(device, variant, Some(gsdml), None, &[]),
+            DescriptionContents::Gsd(gsd) => description::gsd::overlay(device, Some(gsd), &[]),
+        }
+    }
+}
 
 /// Prints `text`, the contents of a description, and its disagreements with each variant that `claimed` names.
 ///

@@ -1,7 +1,7 @@
 //! Bench files: the example loads, and every error is reported with its position and a suggestion.
 
 use crate::built_in::manuals;
-use encspec::bench_file::{BenchFile, Consents, LinkSpec, ShaftAbility, read, read_alone};
+use encspec::bench_file::{BenchFile, Consents, IpPermanence, LinkSpec, ShaftAbility, read, read_alone};
 use encspec::result::DescriptionKind;
 use encspec::results::schema;
 use rstest::rstest;
@@ -27,6 +27,7 @@ fn the_example_loads() {
     assert_eq!(bench.ip, Some([192, 168, 0, 10].into()));
     assert_eq!(bench.mask, std::net::Ipv4Addr::new(255, 255, 255, 0));
     assert_eq!(bench.controller_ip, Some([192, 168, 0, 1].into()));
+    assert_eq!(bench.ip_permanence, Some(IpPermanence::Permanent));
     assert_eq!(bench.controller_mac.map(|mac| mac.0), Some([2, 0, 0, 0, 0, 1]));
     assert_eq!(bench.cycle, Some(Duration::from_millis(4)));
     assert_eq!(bench.watchdog, Some(Duration::from_millis(400)));
@@ -52,10 +53,12 @@ fn the_example_loads() {
         set_name: true,
         set_ip: true,
         set_address: true,
+        im_records: true,
         nvm_write: 50,
         position_reference: true,
         firmware: true,
         overstress: true,
+        lock_address: true,
         alone: true,
     };
     assert_eq!(bench.consent, all);

@@ -71,7 +71,7 @@ fn built_in_files_agree_with_the_manuals() {
         let variant = device.variants.iter().position(|name| file.contains(name.as_str())).unwrap_or_default();
         let findings = gsd::compare(device, variant, &read);
         assert!(findings.is_empty(), "{path}: {findings:?}");
-        let overlay = gsd::overlay(&mut (**device).clone(), Some(&read));
+        let overlay = gsd::overlay(&mut (**device).clone(), Some(&read), &[]);
         assert!(overlay.missing.is_empty(), "{path}: {:?}", overlay.missing);
         for module in &device.modules {
             assert!(read.modules.iter().any(|known| known.cfg == module.cfg()), "{path} lacks {}", module.name);

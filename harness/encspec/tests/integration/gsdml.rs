@@ -1,12 +1,13 @@
 //! GSDML: reading, comparison with a manual and a device, and the idents that a start-up uses.
 
-use crate::built_in::manuals;
+use crate::built_in::{self, manuals};
 use crate::common::program::{self, ProgramOutput};
 use crate::sample_run;
 use controllers::profinet_io::{
     Controller, ControllerOutcome, ControllerRequest, ControllerSettings, IoRecordOutcome, Partner, RecordAddress,
 };
-use deviations::{Line, Setup, build};
+use deviations::{DescriptionChange, IdentMask, Line, Setup, build};
+use encspec::engine::described;
 use encspec::gsdml::{self, Gsdml, GsdmlError, PluggedSubmodule, ReportedIdentity};
 use encspec::report::{ExitStatus, ReportFormat, status};
 use encspec::result::{CaseKind, DescriptionKind, DeviceFinding, FindingSeverity};
@@ -124,7 +125,7 @@ fn each_reference_device_agrees_with_its_gsdml() {
         assert_eq!(shown(&findings), [""; 0], "{manual}/{variant}");
         // Idents that device.yaml invents are the same in the GSDML.
         let mut known = device.clone();
-        let overlay = gsdml::overlay(&mut known, index, Some(&own), None);
+        let overlay = gsdml::overlay(&mut known, index, Some(&own), None, &[]);
         assert_eq!(overlay.missing, [""; 0], "{manual}/{variant}");
         assert!(!overlay.taken.is_empty(), "{manual}/{variant}");
         assert_eq!(idents(&known, index), idents(device, index), "{manual}/{variant}");
@@ -142,7 +143,71 @@ fn idents(device: &DeviceDescription, variant: usize) -> Vec<(String, u32, Optio
     let submodules = device.submodules.iter().map(|of| (of.name.clone(), of.ident, of.module_ident(variant)));
     let modules = device.modules.iter().map(|of| (of.name.clone(), of.ident().expect("it is on PROFINET"), None));
     let id = ("device ID".to_owned(), identity(device).device_id.into(), None);
-    submodules.chain(modules).chain([id]).collect()
+    let network = of_network(device).iter().map(|(subslot, ident)| (format!("subslot 0x{subslot:04X}"), *ident, None));
+    submodules.chain(modules).chain([id]).chain(network).collect()
+}
+
+/// The subslots and idents of interface and ports.
+fn of_network(device: &DeviceDescription) -> &[(u16, u32)] {
+    &device.profinet().expect("it is on PROFINET").network
+}
+
+/// The text of a GSDML whose modules and submodules outside slot 0, interface and ports have other idents.
+fn with_other_idents(text: &str, mask: IdentMask) -> String {
+    let mut changed = String::new();
+    for (index, part) in text.split("IdentNumber=\"0x").enumerate() {
+        if index == 0 {
+            changed.push_str(part);
+            continue;
+        }
+        let element = changed.rsplit('<').next().expect("an element");
+        let is_of_access_point = !changed.contains("<ModuleList>");
+        let flipped = match element.split_once(' ').expect("attributes").0 {
+            "InterfaceSubmoduleItem" | "PortSubmoduleItem" => mask.network,
+            _ if is_of_access_point => 0,
+            _ if changed.ends_with("Submodule") => mask.submodule,
+            _ => mask.module,
+        };
+        let (ident, rest) = part.split_once('"').expect("an attribute");
+        let ident = u32::from_str_radix(ident, 16).expect("hexadecimal") ^ flipped;
+        changed.push_str(&format!("IdentNumber=\"0x{ident:08X}\"{rest}"));
+    }
+    changed
+}
+
+/// A device with other idents and the GSDML that its vendor would give with it are described alike.
+#[test]
+fn a_varied_description_is_that_of_its_gsdml() {
+    for (manual, variant) in reference_devices() {
+        let of = built_in::manual(manual);
+        let index = of.device.variants.iter().position(|of| of == variant).expect("a variant of the manual");
+        let (file, _) = suites::gsdml_for(manual, variant).expect("a GSDML");
+        let (_, text) = suites::gsdml().iter().find(|(path, _)| path.ends_with(file)).expect("a GSDML");
+        for name in ["idents-of-32-bits", "idents-of-another-list", "idents-of-interface-and-ports"] {
+            let subject = deviations::subject(manual).expect("a reference device");
+            if !subject.permitted().any(|known| known.name == name) {
+                continue;
+            }
+            let changes = subject.description_changes([name].into_iter());
+            let &[DescriptionChange::Idents(mask)] = &changes[..] else { panic!("{name}: {changes:?}") };
+            let varied = described(of, &built_in::model(of, &of.variants[index], &[name])).expect("other idents");
+            let mut overlaid = (*of.device).clone();
+            gsdml::overlay(&mut overlaid, index, Some(&read(&with_other_idents(text, mask))), None, &[]);
+            assert_eq!(idents(&varied.device, index), idents(&overlaid, index), "{manual}/{variant} {name}");
+            assert_ne!(idents(&varied.device, index), idents(&of.device, index), "{manual}/{variant} {name}");
+        }
+    }
+}
+
+/// Interface and ports that no source describes are in no connection of a live device.
+#[test]
+fn without_a_source_there_are_no_idents_of_interface_and_ports() {
+    let mut overlaid = device(MANUAL).clone();
+    assert_ne!(of_network(&overlaid), []);
+    let done = gsdml::overlay(&mut overlaid, 0, None, None, &[]);
+    assert_eq!(of_network(&overlaid), []);
+    let about = "the idents of interface and ports, which no connection expects therefore: there is no GSDML";
+    assert!(done.missing.iter().any(|line| line.starts_with(about)), "{:?}", done.missing);
 }
 
 /// The names whose idents are still invented.
@@ -243,7 +308,7 @@ fn invented_numbers_never_disagree() {
     let other = read(&text);
     assert_eq!(shown(&gsdml::compare(device(MANUAL), 0, Some(&other), None)), [""; 0]);
     let mut known = device(MANUAL).clone();
-    let overlay = gsdml::overlay(&mut known, 0, Some(&other), None);
+    let overlay = gsdml::overlay(&mut known, 0, Some(&other), None, &[]);
     assert_eq!(overlay.missing, [""; 0]);
     let ident =
         |name: &str| known.submodules.iter().find(|of| of.name == name).map(|of| (of.ident, of.module_ident(0)));
@@ -319,7 +384,7 @@ fn a_device_alone_gives_only_certain_idents() {
     says.plugged =
         vec![plugged(0, 1, 0, 0x10, 0x11), plugged(1, 1, 0x3D00, 0x20, 0x21), plugged(1, 2, 0x3D00, 0x20, 0x22)];
     let mut known = device(MANUAL).clone();
-    gsdml::overlay(&mut known, 0, None, Some(&says));
+    gsdml::overlay(&mut known, 0, None, Some(&says), &[]);
     // Which telegram has the ident 0x22 is not known.
     assert_eq!(invented(&known), ["telegram_81", "telegram_82", "telegram_83", "telegram_84"].repeat(2));
     let of = |name: &str, known: &DeviceDescription| {
@@ -331,7 +396,7 @@ fn a_device_alone_gives_only_certain_idents() {
     // Its length identifies it as telegram 83.
     says.plugged[2].octets = Some((16, 4));
     let mut known = device(MANUAL).clone();
-    gsdml::overlay(&mut known, 0, None, Some(&says));
+    gsdml::overlay(&mut known, 0, None, Some(&says), &[]);
     assert_eq!(of("telegram_83", &known), Some((0x22, None)));
     assert_eq!(invented(&known), ["telegram_81", "telegram_82", "telegram_84"].repeat(2));
     let module = known.modules.iter().find(|of| of.name == "telegram_83").expect("telegram 83");
@@ -339,7 +404,7 @@ fn a_device_alone_gives_only_certain_idents() {
     // The device ID of another vendor's device is not used.
     says.ids(0x0240, 0x0302);
     let mut known = device(MANUAL).clone();
-    let overlay = gsdml::overlay(&mut known, 0, None, Some(&says));
+    let overlay = gsdml::overlay(&mut known, 0, None, Some(&says), &[]);
     assert_eq!(known.bus.number_origin(), Origin::Invented);
     assert!(overlay.missing[0].starts_with("the device ID"), "{:?}", overlay.missing);
 }
@@ -357,7 +422,7 @@ fn a_start_up_with_invented_idents_needs_a_description() {
     known.bus.profinet_mut().expect("it is on PROFINET").identity.device_id_origin = Origin::Description;
     let why = gsdml::needs_description(&known, start).expect("the manual prints no idents");
     assert!(why.starts_with("the manual prints no ident of dap,"), "{why}");
-    gsdml::overlay(&mut known, 0, Some(&read(shipped())), None);
+    gsdml::overlay(&mut known, 0, Some(&read(shipped())), None, &[]);
     assert_eq!(gsdml::needs_description(&known, start), None);
 }
 
@@ -372,7 +437,7 @@ fn a_gsdml_with_other_modules_is_read() {
     let names: Vec<&str> = vendor.access_points.iter().map(|point| point.info.name.as_str()).collect();
     assert_eq!(names, ["EMx13/16384PT", "XAC7718 1PT", "XAC7716/16384PT"]);
     let mut known = device(MANUAL).clone();
-    let overlay = gsdml::overlay(&mut known, 1, Some(&vendor), None);
+    let overlay = gsdml::overlay(&mut known, 1, Some(&vendor), None, &[]);
     assert_eq!(overlay.missing, [""; 0]);
     let submodule =
         |name: &str| known.submodules.iter().find(|of| of.name == name).map(|of| (of.ident, of.module_ident(1)));
@@ -404,7 +469,7 @@ fn the_plugged_access_point_overrides_the_claimed_one() {
     let vendor = read(OF_A_VENDOR);
     let says = ReportedIdentity { plugged: vec![plugged(0, 1, 0, 0x0002, 0x0101)], ..ReportedIdentity::default() };
     let mut known = device(MANUAL).clone();
-    gsdml::overlay(&mut known, 1, Some(&vendor), Some(&says));
+    gsdml::overlay(&mut known, 1, Some(&vendor), Some(&says), &[]);
     let dap = known.submodules.iter().find(|of| of.slot == 0).expect("the access point");
     assert_eq!((dap.ident, dap.module_ident(1)), (0x0101, Some(0x0002)));
 }
@@ -504,7 +569,7 @@ fn damaged_files_do_not_panic() {
             readable += 1;
             let findings = gsdml::compare(device(MANUAL), 0, Some(&gsdml), None);
             findings.iter().for_each(|of| assert!(!of.id.is_empty()));
-            gsdml::overlay(&mut device(MANUAL).clone(), 0, Some(&gsdml), None);
+            gsdml::overlay(&mut device(MANUAL).clone(), 0, Some(&gsdml), None, &[]);
             gsdml::show(&gsdml);
         }
     }

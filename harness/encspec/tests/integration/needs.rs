@@ -140,8 +140,7 @@ fn all_text(trial: &Trial) -> Vec<String> {
     out
 }
 
-const ALL: &str =
-    "consent: { factory_reset: true, set_name: true, set_ip: true, nvm_write: 1000, position_reference: true }\n";
+const ALL: &str = "consent: { factory_reset: true, set_name: true, set_ip: true, im_records: true, nvm_write: 1000, position_reference: true }\n";
 
 #[rstest]
 #[case("preset/absolute", "", Some("the bench gives no consent to `position_reference`"))]

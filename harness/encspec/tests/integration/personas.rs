@@ -3,7 +3,7 @@
 
 use crate::built_in;
 use controllers::profinet_io::{ArConfig, ConnectSubmodule, ControllerSettings, DeviceAddress, connect_blocks};
-use encspec::engine::{DutKind, DutSpec, RunOptions, apply_persona, run, run_trial};
+use encspec::engine::{DutKind, DutSpec, RunOptions, TrialOutcome, apply_persona, run, run_trial};
 use encspec::report::{self, ConsoleOptions, ExitStatus};
 use encspec::result::RunResult;
 use encspec::suite::model::{ConnectionStart, Manual, Requirement, RequirementClass};
@@ -248,8 +248,12 @@ fn no_persona_makes_a_conforming_device_fail() {
     }
 }
 
-/// The verdict of a connection with the module `data` of a plain device with these bugs.
-fn meets(bugs: &[&str], persona: Option<&str>) -> Verdict {
+/// The verdict of a connection with the module `data` of a plain device with these deviations.
+fn meets(deviations: &[&str], persona: Option<&str>) -> Verdict {
+    connection(deviations, persona).case.verdict
+}
+
+fn connection(deviations: &[&str], persona: Option<&str>) -> TrialOutcome {
     const SUITE: &str = "\
 suite: meets
 cases:
@@ -268,10 +272,10 @@ cases:
     let manuals = load(&sources, Some("profinet-io")).unwrap_or_else(|errors| panic!("{errors}"));
     let variant = &manuals[0].variants[0];
     let trial = variant.trials.iter().find(|trial| trial.id == "meets/data").expect("the case");
-    let kind = DutKind::Model { deviations: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
+    let kind = DutKind::Model { deviations: deviations.iter().map(|name| (*name).to_owned()).collect() };
     let dut = DutSpec { kind, ..conforming(&manuals[0], &variant.name) };
     let options = RunOptions { persona: persona.map(self::persona), ..RunOptions::default() };
-    run_trial(&manuals[0], variant, &dut, trial, &options).expect("a model can be run").case.verdict
+    run_trial(&manuals[0], variant, &dut, trial, &options).expect("a model can be run")
 }
 
 /// Each of these field bugs shows only with the persona, not with the default controller.
@@ -289,6 +293,17 @@ fn a_field_bug_shows_with_a_persona(#[case] bug: &str, #[case] persona: &str) {
     assert_eq!(meets(&[], Some(persona)), Verdict::Pass);
     assert_eq!(meets(&[bug], None), Verdict::Pass);
     assert_eq!(meets(&[bug], Some(persona)), Verdict::Fail);
+}
+
+/// Real controllers expect interface and ports, with the idents of the vendor's description.
+#[test]
+fn a_persona_expects_the_idents_of_the_description() {
+    let outcome = connection(&["idents-of-interface-and-ports"], Some("advanced-fast"));
+    assert_eq!(outcome.case.verdict, Verdict::Pass);
+    let has = |entry: [u8; 6]| outcome.trace.iter().any(|frame| frame.octets.windows(6).any(|octets| *octets == entry));
+    // An entry of the ExpectedSubmoduleBlockReq begins with subslot and ident.
+    assert!(has([0x80, 0x00, 0x00, 0x53, 0x0A, 0x10]));
+    assert!(!has([0x80, 0x00, 0x00, 0x00, 0x80, 0x00]));
 }
 
 /// The verdict of a start-up whose second record is a parameter request that changes P65000 to 0x77, with these bugs.

@@ -1,12 +1,12 @@
 //! Recordings of the reference devices, as captures in memory that a test can modify.
 
 use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
+use encspec::observe::link_type;
 use encspec::replay::{CaptureBlame, CaptureFinding, CaptureReport, FindingSeverity, capture};
-use encspec::suite::device::Bus;
 use encspec::suite::model::{Manual, Trial};
 use station::Time;
-use virtual_wire::PcapngWriter;
 use virtual_wire::capture::LinkType;
+use virtual_wire::{PcapngWriter, Trace};
 
 /// The frames of a trial.
 #[derive(Clone)]
@@ -23,10 +23,7 @@ pub fn record(manual: &Manual, trial: &Trial, bugs: &[&str]) -> TrialRecording {
     let kind = DutKind::Model { deviations: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
-    let link = match manual.device.bus.kind() {
-        Bus::Profinet => LinkType::ETHERNET,
-        Bus::Profibus => LinkType::PROFIBUS,
-    };
+    let link = link_type(manual.device.bus.kind());
     let frames = outcome.trace.iter().map(|frame| (frame.time, frame.octets.to_vec())).collect();
     TrialRecording { name: format!("{}/{} {} {bugs:?}", manual.device.name, variant.name, trial.id), link, frames }
 }
@@ -54,6 +51,16 @@ impl TrialRecording {
         change(&mut changed.frames);
         changed
     }
+}
+
+/// A trace of a device of this manual as a capture file, with its comments.
+pub fn trace_file(manual: &Manual, trace: &Trace) -> Vec<u8> {
+    let mut writer = PcapngWriter::new(Vec::new(), "made by a test").expect("a vector takes all");
+    let interface = writer.interface("wire", link_type(manual.device.bus.kind())).expect("a vector takes all");
+    for frame in trace.iter() {
+        writer.packet(interface, frame.time, frame.octets, frame.comment).expect("a vector takes all");
+    }
+    writer.finish().expect("a vector takes all")
 }
 
 /// Frames as a capture file.

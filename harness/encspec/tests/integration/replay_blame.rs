@@ -157,7 +157,7 @@ fn a_connect_to_another_device_of_a_station_cancels_no_call() {
 
 #[test]
 fn repeated_connections_are_reported() {
-    let again = |released: bool| {
+    let again = |released: bool, closed: bool| {
         let mut line = ConnectionFrames::new();
         for round in 1..=5 {
             (line.ar, line.activity) = (Uuid([round; 16]), 10 * round);
@@ -166,13 +166,17 @@ fn repeated_connections_are_reported() {
             if released {
                 line.release();
             }
+            if closed {
+                line.abort(true, PnioStatus::abort(AbortReason::RELEASE_RECEIVED));
+            }
         }
         line
     };
-    let finding = one(&again(false), "PN-START-AGAIN");
+    let finding = one(&again(false, false), "PN-START-AGAIN");
     assert_eq!((finding.severity, finding.blame), (FindingSeverity::Warning, CaptureBlame::Network));
     assert!(finding.text.contains("4 times"), "{}", finding.text);
-    assert_eq!(report(&again(true)).findings, []);
+    assert_eq!(report(&again(true, false)).findings, []);
+    assert_eq!(found(&again(true, true), "PN-START-AGAIN"), [], "an ERR-RTA after the Release breaks no connection");
 }
 
 #[test]

@@ -2,35 +2,20 @@
 //! the file alone. No protocol check may blame the device.
 
 use crate::built_in::manuals;
+use crate::recordings::trace_file;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
 use encspec::replay::{CHECKS, CaptureBlame, CaptureFinding, FindingSeverity, capture};
-use encspec::suite::device::Bus;
 use encspec::suite::model::{Manual, SuiteVariant, Trial};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
-use virtual_wire::capture::LinkType;
-use virtual_wire::{PcapngWriter, Trace};
 
 fn recorded(manual: &Manual, variant: &SuiteVariant, trial: &Trial) -> Vec<u8> {
     let kind = DutKind::Model { deviations: Vec::new() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
-    let link = match manual.device.bus.kind() {
-        Bus::Profinet => LinkType::ETHERNET,
-        Bus::Profibus => LinkType::PROFIBUS,
-    };
-    file(&outcome.trace, link)
-}
-
-fn file(trace: &Trace, link: LinkType) -> Vec<u8> {
-    let mut writer = PcapngWriter::new(Vec::new(), "test").expect("a vector takes everything");
-    let interface = writer.interface("virtual", link).expect("a vector takes everything");
-    for frame in trace.iter() {
-        writer.packet(interface, frame.time, frame.octets, frame.comment).expect("a vector takes everything");
-    }
-    writer.finish().expect("a vector takes everything")
+    trace_file(manual, &outcome.trace)
 }
 
 /// The findings of the protocol checks, by trial.

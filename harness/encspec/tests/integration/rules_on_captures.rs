@@ -1,6 +1,7 @@
 //! A rule has the same result on the virtual wire and on a capture of it: every trial is written as pcapng, read back and judged again.
 
 use crate::built_in::manuals;
+use crate::recordings::trace_file;
 use encspec::engine::{DutKind, DutSpec, RunOptions, TrialOutcome, run_trial};
 use encspec::observe::Address;
 use encspec::replay::judge_rules;
@@ -9,8 +10,8 @@ use encspec::suite::model::{Manual, SuiteVariant, Trial};
 use station::Time;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
-use virtual_wire::capture::{CaptureItem, LinkType};
-use virtual_wire::{CaptureReader, PcapngWriter, Trace};
+use virtual_wire::capture::CaptureItem;
+use virtual_wire::{CaptureReader, Trace};
 use wire::ethernet::Mac;
 
 const CONTROLLER: Mac = Mac([2, 0, 0, 0, 0, 1]);
@@ -23,13 +24,8 @@ fn virtually(manual: &Manual, variant: &SuiteVariant, trial: &Trial, bugs: &[Str
 }
 
 /// The frames after writing them to a file and reading it back.
-fn through_a_file(trace: &Trace, link: LinkType) -> Vec<(u64, Time, Vec<u8>)> {
-    let mut writer = PcapngWriter::new(Vec::new(), "test").expect("a vector takes everything");
-    let interface = writer.interface("virtual", link).expect("a vector takes everything");
-    for frame in trace.iter() {
-        writer.packet(interface, frame.time, frame.octets, frame.comment).expect("a vector takes everything");
-    }
-    let file = writer.finish().expect("a vector takes everything");
+fn through_a_file(manual: &Manual, trace: &Trace) -> Vec<(u64, Time, Vec<u8>)> {
+    let file = trace_file(manual, trace);
     let mut reader = CaptureReader::new(file.as_slice()).expect("a readable capture");
     let mut frames = Vec::new();
     while let Some(item) = reader.next() {
@@ -44,11 +40,11 @@ fn through_a_file(trace: &Trace, link: LinkType) -> Vec<(u64, Time, Vec<u8>)> {
 fn compare(manual: &Manual, index: usize, trial: &Trial, bugs: &[String]) -> usize {
     let variant = &manual.variants[index];
     let outcome = virtually(manual, variant, trial, bugs);
-    let (link, controller) = match manual.device.bus.kind() {
-        Bus::Profinet => (LinkType::ETHERNET, Address::Mac(CONTROLLER)),
-        Bus::Profibus => (LinkType::PROFIBUS, Address::Fdl(MASTER)),
+    let controller = match manual.device.bus.kind() {
+        Bus::Profinet => Address::Mac(CONTROLLER),
+        Bus::Profibus => Address::Fdl(MASTER),
     };
-    let frames = through_a_file(&outcome.trace, link);
+    let frames = through_a_file(manual, &outcome.trace);
     assert_eq!(frames.len(), outcome.trace.len());
     let frames = frames.iter().map(|(number, time, octets)| (*number, *time, octets.as_slice()));
     let replayed = judge_rules(frames, manual, index, |ar| ar.controller.address == controller);

@@ -35,6 +35,8 @@ pub fn case(id: &str, kind: CaseKind, verdict: Verdict, level: Level) -> CaseRes
         frames: 120,
         at: at(7),
         evidence: None,
+        repeats: 0,
+        bench_lines: Vec::new(),
     }
 }
 

@@ -431,3 +431,29 @@ fn a_failure_names_the_fields_of_octets() {
     let failure = format!("{:?}", tried(&steps, "").case.failures);
     assert!(failure.contains("G1_ZSW: 80 00 *") && failure.contains("G1_ZSW: 00 00 rest: "), "{failure}");
 }
+
+/// What comes after a damaged frame on PROFIBUS: a slave ignores a wrong checksum, and refuses an access point that it does not have
+/// (IEC 61158-4-3, RS).
+#[rstest]
+#[case("checksum", "none", Pass)]
+#[case("checksum", "accepted", Fail)]
+#[case("noise", "any", Fail)]
+#[case("unknown_access_point", "{ refused: any }", Pass)]
+#[case("unknown_access_point", "none", Fail)]
+#[case("unknown_access_point", "accepted", Fail)]
+fn what_comes_after_a_damaged_frame_is_judged(#[case] damage: &str, #[case] answer: &str, #[case] verdict: Verdict) {
+    const SLAVE: &str = "datalogic-amt58-profibus";
+    let topic = format!(
+        "suite: tried\ndefaults: {{ start: none }}\ncases:\n  - id: tried\n    why: Tries a damaged frame.\n    \
+         covers: [AMT58-DXC-014]\n    steps:\n      - send: {{ broken: {{ frame: {damage} }} }}\n        answer: {answer}\n      \
+         - read: {{ diag.ident: 0x1655 }}\n"
+    );
+    let sources = suites::sources().with(&format!("{SLAVE}/tried.yaml"), topic);
+    let manuals = load(&sources, Some(SLAVE)).unwrap_or_else(|errors| panic!("the suite loads:\n{errors}"));
+    let (manual, variant) = (&manuals[0], &manuals[0].variants[0]);
+    let trial = variant.trials.iter().find(|trial| trial.id.ends_with("tried/tried")).expect("the trial is there");
+    let kind = DutKind::Model { deviations: Vec::new() };
+    let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
+    let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
+    assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
+}

@@ -52,6 +52,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
             "PAGE",
             "PAGE_VALUE",
             "CHANGED",
+            "VARIANT_IDENTIFICATION",
             "CODES",
             "SOURCED_DATUM",
             "SLAVE",

@@ -17,6 +17,7 @@ const NOT_OURS: &[(&str, &str, &str)] = &[
     ("suites/kuebler-sendix58xx-profinet/controller.yaml", "60 cycles", "the sign of life counts in cycles"),
     ("suites/kuebler-sendix58xx-profinet/outputs.yaml", "60 cycles", "the sign of life counts in cycles"),
     ("suites/kuebler-sendix58xx-profinet/parameter-requests.yaml", "2 cycles", "the pace of the requests"),
+    ("suites/kuebler-sendix58xx-profinet/start-up.yaml", "5 cycles", "the status of inputs is seen in cycles"),
     ("suites/kuebler-sendix58xx-profinet/signals.yaml", "100 cycles", "new inputs are counted in cycles"),
     ("suites/kuebler-sendix58xx-profinet/signals.yaml", "200 cycles", "the sign of life counts in cycles"),
     ("suites/lika-xac77-profinet/alarms.yaml", "50 cycles", "new inputs are counted in cycles"),

@@ -7,11 +7,13 @@
 mod against;
 #[path = "../common/mod.rs"]
 mod common;
+mod kills;
 mod nic;
 mod profibus_line;
 mod profirust;
 mod serial;
 mod serve;
+mod variants;
 
 use libtest_mimic::{Arguments, Trial};
 use std::process::ExitCode;
@@ -24,10 +26,12 @@ fn main() -> ExitCode {
     let mut arguments = Arguments::from_args();
     arguments.test_threads.get_or_insert(AT_ONCE);
     let trials = [
+        kills::trials(),
         against::trials(),
         serial::trials(),
         nic::trials(),
         serve::trials(),
+        variants::trials(),
         profirust::trials(),
         profibus_line::trials(),
     ];

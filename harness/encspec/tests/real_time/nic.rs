@@ -22,8 +22,7 @@ const DEVICE: Mac = Mac([0x10, 0xB9, 0xFE, 0, 1, 0]);
 const POLL: Duration = Duration::from_millis(50);
 /// How long a run on a device that is in use may take.
 const LONGEST_RUN: Duration = Duration::from_secs(60);
-const EVERYTHING: &str =
-    "{ set_name: true, set_ip: true, nvm_write: 1000, position_reference: true, factory_reset: true, alone: true }";
+const EVERYTHING: &str = "{ set_name: true, set_ip: true, im_records: true, nvm_write: 1000, position_reference: true, factory_reset: true, alone: true }";
 
 pub fn trials() -> Vec<Trial> {
     let mut trials = tests![
@@ -34,6 +33,7 @@ pub fn trials() -> Vec<Trial> {
         frames_go_only_to_the_device_under_test,
         an_interrupted_run_releases_and_restores,
         a_killed_run_is_restored_from_its_journal,
+        a_journal_is_closed_with_a_reason,
         web_pages_of_the_bench_file_are_requested,
         without_pages_in_the_bench_file_only_pages_with_a_printed_path_are_requested,
         a_connection_of_another_controller_is_not_touched,
@@ -403,6 +403,29 @@ fn a_killed_run_is_restored_from_its_journal() {
     assert!(restored.all().contains("restored the state"), "{}", restored.all());
     let found = bench.call(&["discover", "--nic", "ours", "--wait", "1", "--format", "json"]).all();
     assert!(found.contains("encoder-under-test") && found.contains("192.168.0.77"), "{found}");
+    let again = bench.call(&["bench", "restore"]);
+    assert!(again.all().contains("nothing to restore"), "{}", again.all());
+}
+
+fn a_journal_is_closed_with_a_reason() {
+    if !private_network() {
+        return;
+    }
+    let control = unused_path("control");
+    let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
+    let bench = NicBench::new("closed", "nic:ours", &unrestricted(&control));
+    let mut command = bench.command(&["run", "--dut", "bench.yaml", "station/good-names"]);
+    let mut run = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the binary");
+    wait_for_verdict(&bench);
+    run.kill().expect("the process is running");
+    run.wait().expect("its end");
+    let closed = bench.call(&["bench", "restore", "--close", "the encoder was replaced"]);
+    assert_eq!(closed.status, Some(0), "{}", closed.all());
+    assert!(closed.out.contains("closed, and nothing was restored of: temporary_ip, set_name"), "{}", closed.all());
+    assert_eq!(
+        journal(&bench).last().map(String::as_str),
+        Some("{\"closed\":{\"reason\":\"the encoder was replaced\"}}")
+    );
     let again = bench.call(&["bench", "restore"]);
     assert!(again.all().contains("nothing to restore"), "{}", again.all());
 }

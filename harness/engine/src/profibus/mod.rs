@@ -13,7 +13,7 @@ mod start;
 pub use start::{ISOCHRONOUS_GROUP, isochronous_times};
 
 use super::environment::TrialEnvironment;
-use super::live::ParameterBackup;
+use super::live::{DeviceBackup, RestoreOutcome};
 use super::stations::{HarnessStations, sender};
 use super::trial::RunningTrial;
 use super::trial::access::AccessAnswer;
@@ -25,7 +25,7 @@ use controllers::profibus_dp::{
 use expression::{HistoryState, Program};
 use judge::answer::{NegativeResponse, ReceivedReply};
 use judge::observe::Address;
-use results::journal::InitialDevice;
+use results::journal::{InitialDevice, InitialImRecord};
 use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use station::Duration;
@@ -89,6 +89,12 @@ impl BusDriver for ProfibusDriver {
         sender(frame, Address::Fdl(0)).is_some_and(|by| run.slave.is_at(by))
     }
 
+    fn misfit(&self, run: &RunningTrial<'_>) -> Option<String> {
+        let masters = (0..2).filter_map(|which| run.world.stations.master(which));
+        let mut misfits = masters.flat_map(ProfibusMaster::misfits);
+        misfits.find(|(asked, _)| run.slave.is_at(Address::Fdl(*asked))).map(|(_, why)| why.clone())
+    }
+
     fn connect<'a>(
         &self,
         run: &mut RunningTrial<'a>,
@@ -122,7 +128,7 @@ impl BusDriver for ProfibusDriver {
     ) -> StepResult {
         match service {
             DeviceService::Dp(service) => run.serve(service, answer, second, to),
-            DeviceService::Broken(word) => run.broken_frame(word, second, to),
+            DeviceService::Broken(word) => run.broken_frame(word, answer, second, to),
             _ => Err(other_bus()),
         }
     }
@@ -176,11 +182,26 @@ impl BusDriver for ProfibusDriver {
         None
     }
 
-    fn restore(&self, run: &mut RunningTrial<'_>, found: &InitialDevice, kept: &ParameterBackup<'_>) -> Vec<String> {
-        let mut left = Vec::new();
-        run.check_slave_address(found, &mut left);
-        run.restore_parameters(kept, &mut left);
-        left
+    fn order_number(&self, _: &mut RunningTrial<'_>) -> Option<String> {
+        None
+    }
+
+    fn diagnosis_octets(&self, run: &mut RunningTrial<'_>) -> Option<Vec<u8>> {
+        let answer = run.diagnose(false, run.slave.address).ok()?;
+        answer.diagnosis()?;
+        answer.data().map(<[u8]>::to_vec)
+    }
+
+    fn im_records(&self, _: &mut RunningTrial<'_>) -> Vec<InitialImRecord> {
+        Vec::new()
+    }
+
+    fn restore_im_record(&self, _: &mut RunningTrial<'_>, _: &InitialImRecord) -> Result<(), String> {
+        Err("I&M is not read on PROFIBUS".to_owned())
+    }
+
+    fn restore(&self, run: &mut RunningTrial<'_>, found: &InitialDevice, kept: &DeviceBackup<'_>) -> RestoreOutcome {
+        run.restore_slave(found, kept)
     }
 }
 

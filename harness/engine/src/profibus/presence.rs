@@ -1,6 +1,7 @@
 //! The presence of a slave: its identity before a trial, its answers after it, and counting cycles.
 
 use super::unexpected;
+use crate::trial::failure;
 use crate::trial::step_error::{BoxedStepError, StepError, StepResult, no_connection};
 use crate::trial::{RunningTrial, cycle_limit};
 use crate::world::TrialWorld;
@@ -143,14 +144,29 @@ impl RunningTrial<'_> {
         let (sent, observed) = (self.world.stations.cycles_begun(), self.world.output_frames);
         let done =
             self.run_cycles(1, |world| world.stations.cycles_begun() > sent && world.output_frames > observed)?;
-        if done { Ok(()) } else { Err(no_connection()) }
+        if done { Ok(()) } else { Err(self.no_exchange()) }
     }
 
     /// Waits until this many exchanges have ended; one that has already begun does not count.
     pub(super) fn whole_cycles(&mut self, count: u64) -> StepResult {
         let target = self.world.stations.cycles_begun() + count;
         let done = self.run_cycles(count, |world| world.stations.cycles_done() >= target)?;
-        if done { Ok(()) } else { Err(no_connection()) }
+        if done { Ok(()) } else { Err(self.no_exchange()) }
+    }
+
+    /// The trouble with a step that needs data exchange when there is none: why our master has ended it, if it has.
+    fn no_exchange(&mut self) -> BoxedStepError {
+        let misfit = self.driver.misfit(self);
+        let ended = self.world.stations.master_mut(0).and_then(|master| master.take_end());
+        match (misfit.or_else(|| ended.map(|end| end.to_string())), self.world.lost) {
+            (Some(why), _) => {
+                StepError::device(format!("There is no connection any more, because of the device: {why}."), Vec::new())
+            }
+            (None, Some(lost)) => {
+                StepError::device(format!("There is no connection any more. {}", failure::lost(&lost)), Vec::new())
+            }
+            (None, None) => no_connection(),
+        }
     }
 
     fn run_cycles(
@@ -158,7 +174,7 @@ impl RunningTrial<'_> {
         count: u64,
         mut done: impl FnMut(&TrialWorld<'_>) -> bool,
     ) -> Result<bool, BoxedStepError> {
-        let cycle = self.cycle_in_use().ok_or_else(no_connection)?;
+        let cycle = self.cycle_in_use().ok_or_else(|| self.no_exchange())?;
         let limit = cycle_limit(cycle, count);
         let until: Time = self.world.now() + limit;
         let ran = self.world.run(until, |world| done(world) || world.lost.is_some() || !world.stations.is_connected(0));

@@ -1,15 +1,22 @@
-//! Reads a live slave before the first trial and checks it after the last.
+//! Reads a live slave before the first trial, and restores it after the last.
 //!
 //! It judges no requirement.
 
 use super::start::connection;
 use super::unexpected;
+use crate::live::{DeviceBackup, RestoreOutcome};
 use crate::trial::RunningTrial;
 use crate::trial::step_error::BoxedStepError;
-use controllers::profibus_dp::{DpParameterOutcome, MasterOutcome, MasterRequest};
+use controllers::profibus_dp::{DataLinkAnswer, DpParameterOutcome, MasterOutcome, MasterRequest};
 use judge::observe::Address;
 use results::journal::InitialDevice;
 use suite::model::ConnectionStart;
+use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::fdl::BROADCAST;
+use wire::profibus::prm::StationStatus;
+
+/// The least min T_SDR, in bit times.
+const LEAST_TSDR: u8 = 11;
 
 impl RunningTrial<'_> {
     /// Whether the slave exchanges data after this start-up; `None` if it neither accepts nor refuses it.
@@ -40,13 +47,71 @@ impl RunningTrial<'_> {
         }
     }
 
-    /// Checks that the slave is at the address where it was found; a search among other stations is not possible.
-    pub(super) fn check_slave_address(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
-        let Some(station) = found.station else { return };
-        let there = self.diagnose(false, station);
-        let ident = there.ok().and_then(|answer| answer.diagnosis()).map(|diagnosis| diagnosis.ident);
-        if ident != Some(found.device_id) {
-            left.push(format!("the station address {station}"));
+    /// Restores the slave: the parameters at its present address, then, unlocked, the address at which it was found.
+    pub(super) fn restore_slave(&mut self, found: &InitialDevice, kept: &DeviceBackup<'_>) -> RestoreOutcome {
+        let mut outcome = RestoreOutcome::default();
+        let home = found.station.unwrap_or(self.slave.address);
+        let Some(at) = self.search_slave(home, found.device_id) else {
+            outcome.left.push(format!(
+                "anything: no slave with ident 0x{:04X} answers at station {home} or at an address that no other station has; \
+                 check its power and cable",
+                found.device_id
+            ));
+            return outcome;
+        };
+        self.slave.address = at;
+        self.restore_values(kept, &mut outcome);
+        if at != home
+            && let Err(why) = self.move_slave(at, home, found.device_id)
+        {
+            outcome.left.push(format!("the station address {home}: the slave stays at {at}: {why}"));
+        }
+        outcome
+    }
+
+    /// The address at which a slave with this ident answers: `home`, that of the bench, else any that no other station has.
+    fn search_slave(&mut self, home: u8, ident: u16) -> Option<u8> {
+        let until = self.world.now() + self.patience();
+        let masters = self.environment.line.masters;
+        let mut addresses = vec![home, self.slave.address];
+        loop {
+            for &address in &addresses {
+                let answer = self.diagnose(false, address).ok();
+                if answer.and_then(|answer| answer.diagnosis()).is_some_and(|diagnosis| diagnosis.ident == ident) {
+                    return Some(address);
+                }
+            }
+            if self.world.now() >= until {
+                if addresses.len() > 2 {
+                    return None;
+                }
+                addresses = (0..BROADCAST).filter(|address| !masters.contains(address)).collect();
+            }
+        }
+    }
+
+    /// Unlocks the slave by a Set_Prm, since it takes an address only from there, and gives it the address `home`.
+    fn move_slave(&mut self, at: u8, home: u8, ident: u16) -> Result<(), String> {
+        let words = |answer: &DataLinkAnswer| super::reply(answer).to_string();
+        let [high, low] = ident.to_be_bytes();
+        let octets = vec![StationStatus::UNLOCK_REQ.0, 1, 1, LEAST_TSDR, high, low, 0];
+        let unlocked =
+            self.ask_link(false, MasterRequest::SetPrm { to: at, octets }).map_err(|trouble| trouble.what)?;
+        if !unlocked.is_positive() {
+            return Err(format!("Set_Prm with Unlock_Req: {}", words(&unlocked)));
+        }
+        let set = SetSlaveAddress { address: home, ident, no_change: 0, slave_data: Vec::new() };
+        let taken =
+            self.ask_link(false, MasterRequest::SetSlaveAddress { to: at, set }).map_err(|trouble| trouble.what)?;
+        let until = self.world.now() + self.patience();
+        loop {
+            let answer = self.diagnose(false, home).map_err(|trouble| trouble.what)?;
+            if answer.diagnosis().is_some_and(|diagnosis| diagnosis.ident == ident) {
+                return Ok(());
+            }
+            if self.world.now() >= until {
+                return Err(format!("Set_Slave_Address: {}, and nothing answers at {home}", words(&taken)));
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use super::access::record;
 use super::{reply, unexpected};
 use crate::trial::RunningTrial;
 use crate::trial::step_error::{BoxedStepError, StepError, StepResult};
-use controllers::profibus_dp::{DamagedDpFrame, DpRecordOutcome, MasterOutcome, MasterRequest};
+use controllers::profibus_dp::{DamagedDpFrame, DataLinkAnswer, DpRecordOutcome, MasterOutcome, MasterRequest};
 use expression::{HistoryState, Program, Value};
 use judge::answer::ReceivedReply;
 use results::outcome::FailureCause;
@@ -99,26 +99,42 @@ impl<'a> RunningTrial<'a> {
         })
     }
 
-    /// Sends a frame that is damaged on purpose.
-    pub(super) fn broken_frame(&mut self, word: &str, second: bool, to: Option<&'a Program>) -> StepResult {
+    /// Sends a frame that is damaged on purpose, and judges what comes within the slot time if the suite says what is right.
+    pub(super) fn broken_frame(
+        &mut self,
+        word: &str,
+        answer: Option<&'a AnswerMatcher>,
+        second: bool,
+        to: Option<&'a Program>,
+    ) -> StepResult {
         let to = self.station_of(to)?;
         let Some(broken) = DamagedDpFrame::by_word(word) else {
             return Err(StepError::other(FailureCause::Suite, Verdict::Error, format!("Unknown broken frame {word}.")));
         };
         let before = self.world.trace.len();
         self.may_end = true;
-        match self.ask_master(second, MasterRequest::Broken { to, broken })? {
-            MasterOutcome::Broken(octets) => {
-                let is_sent = (before + 1..=self.world.trace.len())
-                    .any(|number| self.world.trace.get(number).is_some_and(|frame| frame.octets == octets));
-                if is_sent {
-                    self.world.mark_broken(before, |frame| frame == octets);
-                } else {
-                    self.world.expect_broken(&octets);
-                }
-                Ok(())
-            }
-            outcome => Err(unexpected(&outcome)),
+        let (octets, received) = match self.ask_master(second, MasterRequest::Broken { to, broken })? {
+            MasterOutcome::Broken { octets, answer } => (octets, answer),
+            outcome => return Err(unexpected(&outcome)),
+        };
+        let is_sent = (before + 1..=self.world.trace.len())
+            .any(|number| self.world.trace.get(number).is_some_and(|frame| frame.octets == octets));
+        if is_sent {
+            self.world.mark_broken(before, |frame| frame == octets);
+        } else {
+            self.world.expect_broken(&octets);
         }
+        let Some(answer) = answer else { return Ok(()) };
+        let mut replies = Vec::new();
+        if let Some(octets) = received.data() {
+            replies.push((AnswerPart::Bytes, ReceivedReply::Value(Value::bytes(octets))));
+        }
+        let whole = match received {
+            DataLinkAnswer::None => ReceivedReply::Silent("no answer within the slot time".into()),
+            received => reply(&received),
+        };
+        replies.push((AnswerPart::Whole, whole));
+        self.world.scene.notebook_mut().answers = replies;
+        self.judge_answer(answer)
     }
 }

@@ -49,7 +49,13 @@ impl<'a> RunningTrial<'a> {
             DeviceAddress::Name(self.environment.name.clone())
         };
         let persona = self.environment.persona.clone();
-        DeviceLocation { address, ip: self.environment.ip, search: self.patience(), persona }
+        DeviceLocation {
+            address,
+            ip: self.environment.ip,
+            keeps_address: self.keeps_address,
+            search: self.patience(),
+            persona,
+        }
     }
 
     /// Opens an AR with the device; waits for the first data of the trial's own connection.
@@ -61,7 +67,9 @@ impl<'a> RunningTrial<'a> {
     ) -> StepResult {
         let device = &self.world.manual.device;
         let whereabouts = self.device_location();
-        let (connection, records) = startup::connection(device, self.variant_number(), start, &whereabouts);
+        let (mut connection, records) = startup::connection(device, self.variant_number(), start, &whereabouts);
+        // While another connection of ours stands, a refusal is the answer to the question; asked again, it would be another one.
+        connection.repeats = !self.world.stations.is_connected(usize::from(!second));
         if !second {
             self.use_module(start.module);
         }

@@ -1,7 +1,8 @@
 //! Trials on PROFINET: the verbs for an IO device and the harness's controller.
 //!
 //! The presence of the device ([`presence`]), connections ([`connection`], [`startup`], [`mod@persona`]), reading and writing
-//! ([`records`], [`station`], [`web`]), the services of `send` ([`services`]), reading and restoring a live device ([`probe`]).
+//! ([`records`], [`station`], [`web`]), the services of `send` ([`services`]), reading a live device ([`probe`]) and restoring it
+//! ([`restore`]).
 //! Windows, rules and the stand are common to all buses; this module must not know them.
 
 mod connection;
@@ -9,15 +10,17 @@ mod persona;
 mod presence;
 mod probe;
 mod records;
+mod restore;
 mod services;
 mod startup;
 mod station;
 mod web;
 
 pub use persona::apply_persona;
+pub use startup::usual_connection;
 
 use super::environment::TrialEnvironment;
-use super::live::ParameterBackup;
+use super::live::{DeviceBackup, RestoreOutcome};
 use super::stations::HarnessStations;
 use super::trial::RunningTrial;
 use super::trial::access::AccessAnswer;
@@ -29,7 +32,7 @@ use controllers::profinet_io::{
 };
 use expression::Program;
 use judge::answer::ReceivedReply;
-use results::journal::InitialDevice;
+use results::journal::{InitialDevice, InitialImRecord};
 use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use std::net::Ipv4Addr;
@@ -160,8 +163,24 @@ impl BusDriver for ProfinetDriver {
         run.firmware_in_im0()
     }
 
-    fn restore(&self, run: &mut RunningTrial<'_>, found: &InitialDevice, kept: &ParameterBackup<'_>) -> Vec<String> {
-        run.restore_all(found, kept)
+    fn order_number(&self, run: &mut RunningTrial<'_>) -> Option<String> {
+        run.order_number_in_im0()
+    }
+
+    fn diagnosis_octets(&self, _: &mut RunningTrial<'_>) -> Option<Vec<u8>> {
+        None
+    }
+
+    fn im_records(&self, run: &mut RunningTrial<'_>) -> Vec<InitialImRecord> {
+        run.im_records_now()
+    }
+
+    fn restore_im_record(&self, run: &mut RunningTrial<'_>, record: &InitialImRecord) -> Result<(), String> {
+        run.write_back_im_record(record)
+    }
+
+    fn restore(&self, run: &mut RunningTrial<'_>, found: &InitialDevice, kept: &DeviceBackup<'_>) -> RestoreOutcome {
+        run.restore_device(found, kept)
     }
 }
 

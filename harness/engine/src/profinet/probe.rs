@@ -1,33 +1,45 @@
-//! Reads firmware, name, address and records of a live device on PROFINET, and restores name and address.
+//! Reads firmware and records of a live device on PROFINET.
 //!
 //! It judges no requirement.
 
-use crate::live::ParameterBackup;
 use crate::trial::RunningTrial;
 use controllers::profinet_io::{
-    ControllerOutcome, ControllerRequest, DcpOutcome, IoParameterOutcome, IoRecordOutcome, RecordAddress,
+    ControllerOutcome, ControllerRequest, IoParameterOutcome, IoRecordOutcome, Partner, RecordAddress,
 };
-use results::journal::InitialDevice;
+use results::journal::InitialImRecord;
+use std::ops::RangeInclusive;
 use suite::device;
 use wire::profinet::blocks::im::Im0;
-use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{BlockQualifier, DcpBlock, DcpValue};
+use wire::profinet::rpc::ObjectUuid;
 
 /// Index of I&M0.
 const IM0: u16 = 0xAFF0;
+/// Indices of I&M1 to I&M4, which are stored in the device.
+const STORED_IM: RangeInclusive<u16> = 0xAFF1..=0xAFF4;
 /// The longest record that is read, in bytes.
 const LENGTH: u32 = 1024;
 
 impl RunningTrial<'_> {
-    /// The firmware revision in I&M0, read in the present connection.
-    pub(super) fn firmware_in_im0(&mut self) -> Option<String> {
+    /// I&M0, read in the present connection.
+    fn im0(&mut self) -> Option<Im0> {
         let target = RecordAddress { api: 0, slot: 0, subslot: 1, index: IM0 };
         let Ok(ControllerOutcome::Record(IoRecordOutcome::Accepted { data })) =
             self.ask(false, ControllerRequest::Read { target, length: LENGTH })
         else {
             return None;
         };
-        let revision = Im0::parse(&data).ok()?.software_revision;
+        Im0::parse(&data).ok()
+    }
+
+    /// The order number in I&M0.
+    pub(super) fn order_number_in_im0(&mut self) -> Option<String> {
+        let im0 = self.im0()?;
+        Some(String::from_utf8_lossy(&im0.order_id).trim_end_matches(['\0', ' ']).to_owned())
+    }
+
+    /// The firmware revision in I&M0.
+    pub(super) fn firmware_in_im0(&mut self) -> Option<String> {
+        let revision = self.im0()?.software_revision;
         Some(format!("{}.{}.{}", revision.functional_enhancement, revision.bug_fix, revision.internal_change))
     }
 
@@ -48,53 +60,38 @@ impl RunningTrial<'_> {
         Some(matches!(outcome, Ok(ControllerOutcome::Record(IoRecordOutcome::Accepted { .. }))))
     }
 
-    /// Restores the state of the device before the run; returns what could not be restored, in words.
-    pub(super) fn restore_all(&mut self, found: &InitialDevice, kept: &ParameterBackup<'_>) -> Vec<String> {
-        let mut left = Vec::new();
-        let Some(mac) = self.environment.mac else { return vec!["anything, since the device is not known".into()] };
-        self.mac = mac;
-        // A connection needs a station name: an old name is restored before it, an empty one after it.
-        let has_name = !found.name.is_empty();
-        if has_name {
-            self.restore_name(found, &mut left);
+    /// I&M1 to I&M4 of every submodule that the manual knows and the device has.
+    pub(super) fn im_records_now(&mut self) -> Vec<InitialImRecord> {
+        let mut places: Vec<(u32, u16, u16)> = Vec::new();
+        for of in &self.world.manual.device.submodules {
+            let place = (of.api, of.slot, of.subslot);
+            if !places.contains(&place) {
+                places.push(place);
+            }
         }
-        self.restore_parameters(kept, &mut left);
-        if !has_name {
-            self.restore_name(found, &mut left);
+        let each = places.into_iter().flat_map(|place| STORED_IM.map(move |index| (place, index)));
+        let mut records = Vec::new();
+        for ((api, slot, subslot), index) in each {
+            if let Some(octets) = self.record_now(RecordAddress { api, slot, subslot, index }) {
+                records.push(InitialImRecord { api, slot, subslot, index, octets });
+            }
         }
-        // A connection has given it the IP address of the bench.
-        self.restore_ip(found, &mut left);
-        left
+        records
     }
 
-    fn restore_name(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
-        self.renamed = true;
-        let consent = self.environment.bench.as_ref().is_some_and(|bench| bench.consent.set_name);
-        let name = || DcpValue::NameOfStation(found.name.clone());
-        match self.identify_device() {
-            Ok(Some(now)) if now.name == found.name => {}
-            Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, name()) => {}
-            _ => left.push(format!("the station name `{}`", String::from_utf8_lossy(&found.name).escape_debug())),
+    /// A record, read in the present connection or without one.
+    pub(super) fn record_now(&mut self, target: RecordAddress) -> Option<Vec<u8>> {
+        let request = if self.world.stations.is_connected(0) {
+            ControllerRequest::Read { target, length: LENGTH }
+        } else {
+            let partner = Partner { mac: self.mac, ip: self.environment.ip.address };
+            let (vendor_id, device_id) = self.world.manual.device.ids().unwrap_or_default();
+            let object = ObjectUuid { instance: 1, device_id, vendor_id };
+            ControllerRequest::ReadImplicit { partner, object, target, length: LENGTH }
+        };
+        match self.ask(false, request) {
+            Ok(ControllerOutcome::Record(IoRecordOutcome::Accepted { data })) => Some(data),
+            _ => None,
         }
-    }
-
-    fn restore_ip(&mut self, found: &InitialDevice, left: &mut Vec<String>) {
-        // A device without an IP address got one for the run only.
-        if found.ip.is_unspecified() {
-            return;
-        }
-        let consent = self.environment.bench.as_ref().is_some_and(|bench| bench.consent.set_ip);
-        let address = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
-        match self.identify_device() {
-            Ok(Some(now)) if now.ip == address => {}
-            Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, DcpValue::IpParameter(address)) => {}
-            _ => left.push(format!("the IP address {}", found.ip)),
-        }
-    }
-
-    fn give(&mut self, qualifier: BlockQualifier, value: DcpValue) -> bool {
-        let blocks = vec![DcpBlock::set(qualifier, value)];
-        let outcome = self.ask(false, ControllerRequest::DcpSet { to: self.mac, blocks });
-        matches!(outcome, Ok(ControllerOutcome::Dcp(DcpOutcome::Accepted)))
     }
 }

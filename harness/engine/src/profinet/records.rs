@@ -77,11 +77,11 @@ impl<'a> RunningTrial<'a> {
         let of = &device.records[record];
         let at = &device.submodules[of.at];
         let mut target = RecordAddress { api: at.api, slot: at.slot, subslot: at.subslot, index: of.index };
-        let mut data = vec![0; of.octets];
+        let mut data = of.bytes();
         if write {
-            let variant = self.world.manual.variants.iter().position(|variant| variant.name == self.world.variant.name);
+            let variant = self.variant_number();
             for (index, field) in of.fields.iter().enumerate() {
-                let default = field.default.get(variant.unwrap_or_default()).or(field.default.first());
+                let default = field.default.get(variant).or(field.default.first());
                 put(of, index, default.copied().unwrap_or_default(), &mut data);
             }
             for item in &access.items {

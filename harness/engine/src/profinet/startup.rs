@@ -26,6 +26,8 @@ pub struct DeviceLocation {
     pub address: DeviceAddress,
     /// The IP address, mask and gateway that the controller gives it.
     pub ip: IpParameter,
+    /// Whether the device is connected with the address that it has, if it has one.
+    pub keeps_address: bool,
     /// How long the search for the device may take.
     pub search: Duration,
     /// The persona of the controller.
@@ -38,6 +40,27 @@ const FRAME_ID_OF_CLASS_2: u16 = 0x8001;
 const FRAME_ID_OF_CLASS_3: u16 = 0x0101;
 /// Send clock factor 32 times 31.25 µs: the send clock that every device supports.
 const SEND_CLOCK: Duration = Duration::from_millis(1);
+
+/// The connection of a usual start: the first module of the manual, all start parameters with their defaults.
+pub fn usual_connection(
+    device: &DeviceDescription,
+    variant: usize,
+    address: DeviceAddress,
+    ip: IpParameter,
+) -> ArConfig {
+    let start = ConnectionStart {
+        module: 0,
+        cycle: None,
+        watchdog: None,
+        unwatched: false,
+        baud: None,
+        isochronous: None,
+        parameters: Vec::new(),
+        instead: Vec::new(),
+    };
+    let search = ArConfig::new(address.clone(), ip).search;
+    connection(device, variant, &start, &DeviceLocation { address, ip, keeps_address: true, search, persona: None }).0
+}
 
 /// The connection for `start`, and for each of its start-up records the index of the device's record.
 pub fn connection(
@@ -109,6 +132,7 @@ pub fn connection(
     let mut connection = ArConfig::new(at.address.clone(), at.ip);
     connection.submodules = submodules;
     connection.search = at.search;
+    connection.gives_address = !at.keeps_address;
     (connection.vendor_id, connection.device_id) = device.ids().unwrap_or_default();
     connection.records = records;
     if device.profinet().is_some_and(|facts| facts.rt_class == 2) {
@@ -130,6 +154,7 @@ pub fn connection(
                 connection.frame_id_out = FrameId::DEVICE_CHOOSES.0;
             }
             StartDeviation::ParameterPause(pause) => connection.parameter_pause = *pause,
+            StartDeviation::LittleEndian => connection.little_endian = true,
             StartDeviation::NoAddress => connection.gives_address = false,
             // Slot 0 has its own module, so the same subslot may occur there twice.
             StartDeviation::Slot(_) => connection.unchecked = true,

@@ -142,8 +142,9 @@ impl<'a> RunningTrial<'a> {
         if image.stands() && Expectation::holds_at(condition, &view) && !uses_events(condition, &view) {
             let what = "The expectation was already true before the last action, so it proves nothing; use `for`.";
             return Err(if !self.world.segment.is_model() {
-                // An earlier trial may have left this state on a live device.
-                StepError::other(FailureCause::Environment, Verdict::Inconclusive, what)
+                let what = "The expectation was already true before the last action, so it proves nothing: the device does this by \
+                            itself, or an earlier trial left it so.";
+                StepError::other(FailureCause::Undecided, Verdict::Inconclusive, what)
             } else if self.environment.deviates {
                 // On a conforming device it would not have been true before.
                 StepError::device("It was already true before the last action.", Vec::new())

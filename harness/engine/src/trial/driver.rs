@@ -6,11 +6,11 @@ use super::RunningTrial;
 use super::access::AccessAnswer;
 use super::step_error::{BoxedStepError, StepResult};
 use crate::environment::TrialEnvironment;
-use crate::live::ParameterBackup;
+use crate::live::{DeviceBackup, RestoreOutcome};
 use crate::stations::HarnessStations;
 use expression::Program;
 use judge::answer::ReceivedReply;
-use results::journal::InitialDevice;
+use results::journal::{InitialDevice, InitialImRecord};
 use suite::device::DeviceRecord;
 use suite::model::{AcyclicAccess, AcyclicService, AnswerMatcher, ConnectionStart, Manual, Trial};
 
@@ -37,6 +37,11 @@ pub trait BusDriver {
 
     /// Whether the sender of a frame is the device under test.
     fn is_from_device(&self, run: &RunningTrial<'_>, frame: &[u8]) -> bool;
+
+    /// Why an answer of the device did not fit the request before it, if there was one that no step judged.
+    fn misfit(&self, _: &RunningTrial<'_>) -> Option<String> {
+        None
+    }
 
     /// Establishes a connection and judges `answer`.
     fn connect<'a>(
@@ -102,6 +107,18 @@ pub trait BusDriver {
     /// The firmware that the device reports in the present connection.
     fn firmware(&self, run: &mut RunningTrial<'_>) -> Option<String>;
 
-    /// Restores the state of a live device before the run; returns what could not be restored, in words.
-    fn restore(&self, run: &mut RunningTrial<'_>, found: &InitialDevice, kept: &ParameterBackup<'_>) -> Vec<String>;
+    /// The order number that the device reports in the present connection.
+    fn order_number(&self, run: &mut RunningTrial<'_>) -> Option<String>;
+
+    /// The diagnosis that the device sends on request; `None` if the bus has none.
+    fn diagnosis_octets(&self, run: &mut RunningTrial<'_>) -> Option<Vec<u8>>;
+
+    /// Reads I&M1 to I&M4, in the present connection or without one; what the device refuses is left out.
+    fn im_records(&self, run: &mut RunningTrial<'_>) -> Vec<InitialImRecord>;
+
+    /// Writes one of I&M1 to I&M4 in the present connection, unless it is as before; the error says why it differs.
+    fn restore_im_record(&self, run: &mut RunningTrial<'_>, record: &InitialImRecord) -> Result<(), String>;
+
+    /// Restores the state of a live device before the run.
+    fn restore(&self, run: &mut RunningTrial<'_>, found: &InitialDevice, kept: &DeviceBackup<'_>) -> RestoreOutcome;
 }

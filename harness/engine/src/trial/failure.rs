@@ -32,19 +32,19 @@ pub fn failure(
     let before_test = run.phase == TrialPhase::Before && trouble.verdict == Some(Verdict::Inconclusive);
     let of_device = before_test && trouble.blame == FailureCause::Device;
     let what = if of_device { before(&trouble, step) } else { trouble.what.clone() };
+    let blame = match (trouble.blame, trouble.verdict) {
+        (FailureCause::Device, Some(Verdict::Inconclusive)) => FailureCause::Undecided,
+        (blame, _) => blame,
+    };
     CaseFailure {
-        blame: trouble.blame,
+        blame,
         what,
         step: text,
         at,
         requirements: requirements(world.manual, covers),
         parts: trouble.parts.clone(),
         trace: around.map_or_else(Vec::new, |frame| trace(world, frame)),
-        next: if before_test {
-            next_before_test(trouble.blame, place.as_ref())
-        } else {
-            next(trouble.blame, place.as_ref())
-        },
+        next: next(blame, place.as_ref()),
         place,
         before_test,
     }
@@ -59,17 +59,6 @@ fn before(trouble: &BoxedStepError, step: Option<&TrialStep>) -> String {
     match step {
         Some(step) => format!("Before the test, in `given`, step `{}`: {}{observed}", step.text, trouble.what),
         None => format!("Before the test, at the start: {}{observed}", trouble.what),
-    }
-}
-
-fn next_before_test(blame: FailureCause, place: Option<&FailurePosition>) -> String {
-    match (blame, place) {
-        (FailureCause::Device, Some(place)) => format!(
-            "The device was not judged. See frame {}, and begin with a failed case about this step.",
-            place.frame
-        ),
-        (FailureCause::Device, None) => "The device was not judged. Begin with a failed case about this step.".into(),
-        (blame, place) => next(blame, place),
     }
 }
 
@@ -118,6 +107,13 @@ fn next(blame: FailureCause, place: Option<&FailurePosition>) -> String {
     match (blame, place) {
         (FailureCause::Device, Some(place)) => format!("Compare frame {} with the clause.", place.frame),
         (FailureCause::Device, None) => "Compare the answer with the clause.".into(),
+        (FailureCause::Undecided, Some(place)) => format!(
+            "The device was not judged. See frame {}, and begin with a failed case about this step.",
+            place.frame
+        ),
+        (FailureCause::Undecided, None) => {
+            "The device was not judged. Begin with a failed case about this step.".into()
+        }
         (FailureCause::Environment, _) => {
             "Fix the bench and run the trial again; it says nothing about the device.".into()
         }

@@ -2,7 +2,7 @@
 //!
 //! A step is a verb that acts ([`verbs`], [`settings`], [`access`]) or one that checks ([`checks`]). A step that fails gives a
 //! [`step_error`], from which [`failure`] makes the text for the report. What depends on the bus goes through [`driver`]. [`probe`]
-//! reads a live device before the first trial. This module must not know which buses there are, nor how a verdict is used.
+//! reads a live device before the first trial, [`mod@variant`] what shows its variant. This module must not know which buses there are, nor how a verdict is used.
 
 pub mod access;
 mod checks;
@@ -12,9 +12,11 @@ pub mod probe;
 mod settings;
 pub mod slave;
 pub mod step_error;
+mod variant;
 mod verbs;
 
 use crate::environment::TrialEnvironment;
+use crate::outcome::{Disturbance, Stall};
 use crate::outputs;
 use crate::world::TrialWorld;
 use controllers::profinet_io::IdentifiedStation;
@@ -45,6 +47,8 @@ const SPARE_CYCLES: u64 = 100;
 
 /// The longest wait for an end that may never come.
 const LONGEST_HOLD: Duration = Duration::from_secs(600);
+/// How long a live line may hold an answer back before its absence is the device's.
+const LATE_ANSWER: Duration = Duration::from_millis(500);
 
 /// The longest wait for `count` cycles of the time `cycle`.
 pub fn cycle_limit(cycle: Duration, count: u64) -> Duration {
@@ -87,6 +91,8 @@ pub struct RunningTrial<'a> {
     pub slave: SlaveAddresses,
     /// Whether the trial may have changed the station name.
     pub renamed: bool,
+    /// Whether connections leave the device the IP address that it has.
+    pub keeps_address: bool,
     /// The last IP parameters that the device was given.
     pub station_ip: IpParameter,
     /// The last IP address that the device had.
@@ -133,6 +139,13 @@ pub struct RunningTrial<'a> {
     pub notes: Vec<String>,
 }
 
+/// A silence of this many times the longest delay here is the device's own.
+const EXPLAINED_SILENCE: u32 = 20;
+/// The shortest silence that nothing here explains: a host that is very busy may keep a simulated device from answering for less.
+const LEAST_SILENCE: Duration = Duration::from_secs(3);
+/// How many frames at least have to call in vain.
+const FEWEST_CALLS: u32 = 10;
+
 impl<'a> RunningTrial<'a> {
     /// A trial that has not begun, on the bus of `driver`.
     pub fn new(
@@ -165,6 +178,7 @@ impl<'a> RunningTrial<'a> {
             identity: None,
             slave: SlaveAddresses::new(environment.line.station),
             renamed: false,
+            keeps_address: false,
             station_ip: environment.ip,
             last_ip: environment.ip.address,
             module: None,
@@ -252,39 +266,68 @@ impl<'a> RunningTrial<'a> {
         Some((Verdict::Inconclusive, failure::failure(self, None, ended(&why), &[])))
     }
 
-    /// Why the trial says nothing about the device: the line, the end of the run, or the harness itself.
-    pub fn disturbance(&self) -> Option<String> {
-        let (late, slack) = (self.world.segment.lateness(), self.slack);
-        let too_late =
-            || (late > slack).then(|| format!("the harness was {late:?} late, more than the allowed {slack:?}"));
+    /// Why the trial says nothing about the device: the line, the end of the run, or a stall.
+    pub fn disturbance(&self) -> Option<Disturbance> {
         let held_back =
             || self.world.segment.objections().into_iter().next().filter(|_| !self.world.segment.is_model());
+        self.world.stop().or_else(|| held_back().map(Disturbance::lasting)).or_else(|| self.stall())
+    }
+
+    /// What was later than the extra time for deadlines.
+    fn stall(&self) -> Option<Disturbance> {
+        let (late, slack) = (self.world.segment.lateness(), self.slack);
+        if late > slack {
+            let why = format!("the harness was {late:?} late, more than the allowed {slack:?}");
+            return Some(Disturbance::of_harness(why));
+        }
         let answer = self.world.segment.latest_answer();
-        let answered_late = || {
-            (answer > slack).then(|| {
-                format!(
-    "an answer came {answer:?} after its request, more than the allowed {slack:?}, and this link cannot tell a slow \
-     device from a slow line"
-                )
-            })
-        };
-        self.world.stop_reason().or_else(held_back).or_else(too_late).or_else(answered_late)
+        (answer > slack).then(|| {
+            Disturbance::of_link(format!(
+                "an answer came {answer:?} after its request, more than the allowed {slack:?}, and this link cannot tell a slow \
+                 device from a slow line"
+            ))
+        })
+    }
+
+    /// Whether the device has been silent for so long, while it was called, that nothing that was late here explains it.
+    fn is_silent_beyond_stalls(&self) -> bool {
+        let segment = &self.world.segment;
+        let explained = segment.lateness().max(segment.latest_answer()) * EXPLAINED_SILENCE;
+        let (mut calls, now) = (0, self.world.now());
+        for frame in self.world.trace.iter().rev() {
+            if self.driver.is_from_device(self, frame.octets) {
+                let silence = now.since(frame.time);
+                return calls >= FEWEST_CALLS && silence > explained.max(LEAST_SILENCE);
+            }
+            calls += 1;
+        }
+        false
     }
 
     /// Makes a failure inconclusive if the line broke, the run was interrupted or the harness was late. If a precondition failed, this
     /// reason is added.
+    ///
+    /// An answer that is missing may still be on its way on a live line; a failure is decided only after a wait for it.
     fn excuse_disturbed(&mut self, decided: (Verdict, CaseFailure)) -> (Verdict, CaseFailure) {
         let (verdict, mut failure) = decided;
         if !matches!(verdict, Verdict::Fail | Verdict::Inconclusive) {
             return (verdict, failure);
         }
-        match self.disturbance() {
-            Some(why) if verdict == Verdict::Fail => {
+        if self.world.segment.lacks_answer() {
+            let until = self.world.now() + LATE_ANSWER;
+            self.world.run(until, |world| !world.segment.lacks_answer());
+        }
+        let disturbance = self.disturbance().filter(|of| of.stall.is_none() || !self.is_silent_beyond_stalls());
+        match disturbance {
+            Some(Disturbance { why, stall }) if verdict == Verdict::Fail => {
                 failure.what = format!("No verdict, because {why}. Observed: {}", failure.what);
-                failure.blame = FailureCause::Environment;
+                failure.blame = match stall {
+                    Some(Stall::Harness) => FailureCause::Harness,
+                    Some(Stall::Link) | None => FailureCause::Environment,
+                };
                 (Verdict::Inconclusive, failure)
             }
-            Some(why) if !failure.what.contains(&why) => {
+            Some(Disturbance { why, .. }) if !failure.what.contains(&why) => {
                 failure.what = format!("{} In addition, {why}.", failure.what);
                 (verdict, failure)
             }
@@ -386,10 +429,18 @@ impl<'a> RunningTrial<'a> {
             let trace = &self.world.trace;
             let from_device =
                 |number: u64| trace.get(number as usize).is_some_and(|of| self.driver.is_from_device(self, of.octets));
-            let (why, frame) = self.world.unreadable.iter().find(|(_, frame)| from_device(*frame))?.clone();
-            let trouble = StepError::device(format!("A frame cannot be read: {why}."), Vec::new()).at(frame);
+            let unreadable = self.world.unreadable.iter().find(|(_, frame)| from_device(*frame)).cloned();
+            let trouble = match unreadable {
+                Some((why, frame)) => {
+                    StepError::device(format!("A frame cannot be read: {why}."), Vec::new()).at(frame)
+                }
+                None => misfit(&self.driver.misfit(self)?),
+            };
             let failure = failure::failure(self, None, trouble, &[]);
             return Some(self.excuse_disturbed((Verdict::Fail, failure)));
+        }
+        if let Some(why) = self.driver.misfit(self) {
+            return Some((Verdict::Fail, failure::failure(self, None, misfit(&why), &[])));
         }
         if let Some(what) = self.world.segment.out_of_turn().into_iter().next() {
             let trouble = StepError::device(format!("The device sent out of turn: {what}."), Vec::new());
@@ -555,6 +606,11 @@ impl<'a> RunningTrial<'a> {
         self.world.lost = None;
         Some(StepError::device(failure::lost(&lost), Vec::new()).at(lost.tick.frame))
     }
+}
+
+/// The trouble with an answer that does not fit its request.
+fn misfit(why: &str) -> BoxedStepError {
+    StepError::device(format!("An answer does not fit the request before it: {why}."), Vec::new())
 }
 
 /// Whether a failed check shows which of its names were right.

@@ -4,16 +4,19 @@
 //! It judges no requirement; its findings are about the bench.
 
 use super::RunningTrial;
-use crate::live::ParameterBackup;
+use crate::live::{DeviceBackup, RestoreOutcome};
 use description::gsdml::AcceptedSubmodule;
 use results::bench_file::BenchFile;
-use results::journal::{self, InitialDevice};
+use results::journal::{self, InitialDevice, InitialImRecord, change};
 use results::outcome::{DeviceFinding, FindingSeverity};
-use suite::device::{DeviceDescription, DeviceParameter};
+use suite::device::{Changed, DeviceDescription, DeviceParameter};
 use suite::model::{ConnectionStart, StartParameter};
 use wire::profidrive::{
     ErrorNumber, ParameterAddress, ParameterFormat, ParameterRequest, ParameterResponse, ParameterValue,
 };
+
+/// Index of I&M0; those of I&M1 to I&M4 follow.
+const IM0: u16 = 0xAFF0;
 
 /// The state of a live device before the first trial.
 #[derive(Clone, Debug, Default)]
@@ -22,21 +25,35 @@ pub struct ProbedDevice {
     pub firmware: Option<String>,
     /// The values of the parameters that a suite may write.
     pub parameters: Vec<journal::InitialParameter>,
+    /// I&M1 to I&M4.
+    pub im_records: Vec<journal::InitialImRecord>,
     /// The submodules with which connections were established.
     pub connected: Vec<AcceptedSubmodule>,
     /// Wrong claims of the bench.
     pub findings: Vec<DeviceFinding>,
+    /// Why the device is not of the claimed variant, so that nothing is judged.
+    pub refuted: Option<DeviceFinding>,
 }
 
-/// The result of writing a value.
+/// Why a value was not written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum ParameterWrite {
-    /// The device accepted it.
-    Taken,
-    /// The parameter cannot be written, so no trial has changed it.
-    ReadOnly,
-    /// The device refused it or did not answer.
-    Refused,
+enum ParameterRefusal {
+    /// The device refused it with this error number of PROFIdrive.
+    Error(ErrorNumber),
+    /// There is no usable answer.
+    NoAnswer,
+}
+
+impl ParameterRefusal {
+    /// The reason in words.
+    fn text(self) -> String {
+        match self {
+            ParameterRefusal::Error(number) => {
+                format!("refused: {} ({})", number.word().unwrap_or("unknown error"), number.0)
+            }
+            ParameterRefusal::NoAnswer => "no usable answer".to_owned(),
+        }
+    }
 }
 
 impl RunningTrial<'_> {
@@ -58,6 +75,7 @@ impl RunningTrial<'_> {
                 connected = true;
                 probed.firmware = self.driver.firmware(self);
                 probed.parameters = self.parameters_now();
+                probed.im_records = self.driver.im_records(self);
                 probed.findings.extend(bench.lacks.iter().filter_map(|name| self.lacks(name)));
             }
             if accepted {
@@ -76,6 +94,9 @@ impl RunningTrial<'_> {
         // Nothing is judged here; if releasing fails, the first trial reports it.
         self.world.closing = true;
         let _ = self.disconnect(false);
+        if !connected {
+            probed.im_records = self.driver.im_records(self);
+        }
         if let (Some(claimed), Some(reported)) = (&bench.firmware, &probed.firmware)
             && claimed != reported
         {
@@ -94,7 +115,13 @@ impl RunningTrial<'_> {
     /// Reads the parameters that a write changes, with one request each, so that a device that lacks some can refuse those.
     fn parameters_now(&mut self) -> Vec<journal::InitialParameter> {
         let device = &self.world.manual.device;
-        let kept = device.parameters.iter().filter(|of| of.writable && !of.permanent);
+        // These are no values: a write to them saves or resets.
+        let acts = |index: usize, number: u16| {
+            let resets = device.changes.factory_reset.contains(&Changed::Parameter(index));
+            number == device.parameter_access.save || resets
+        };
+        let kept = device.parameters.iter().enumerate().filter(|(index, of)| of.writable && !acts(*index, of.number));
+        let kept = kept.map(|(_, of)| of);
         let mut addresses: Vec<(u16, u16)> = Vec::new();
         for DeviceParameter { number, elements, .. } in kept {
             let alone = elements.is_empty().then_some(0);
@@ -135,73 +162,109 @@ impl RunningTrial<'_> {
         has.then(|| wrong_claim(name, "does not have", "answers a read of it"))
     }
 
-    /// Restores name, address and parameters of the device, if they have changed; returns what could not be restored, in words.
-    pub fn restore(&mut self, found: &InitialDevice, kept: &ParameterBackup<'_>) -> Vec<String> {
+    /// Restores the device to its state before the run.
+    pub fn restore(&mut self, found: &InitialDevice, kept: &DeviceBackup<'_>) -> RestoreOutcome {
         // This is done however the run ended.
         self.world.closing = true;
+        let _ = self.disconnect(true);
         let _ = self.disconnect(false);
         self.driver.restore(self, found, kept)
     }
 
-    /// Restores the parameters.
-    pub fn restore_parameters(&mut self, kept: &ParameterBackup<'_>, left: &mut Vec<String>) {
-        if kept.parameters.is_empty() && kept.wrote_parameters {
-            left.push("the parameters, which could not be read before they were written".into());
+    /// Restores parameters and I&M1 to I&M4 in one connection, if they may have changed.
+    pub fn restore_values(&mut self, kept: &DeviceBackup<'_>, outcome: &mut RestoreOutcome) {
+        let parameters = if kept.wrote_parameters() { kept.parameters } else { &[] };
+        let mut records = if kept.wrote_im_records() { kept.im_records.to_vec() } else { Vec::new() };
+        if !records.is_empty() && parameters.is_empty() {
+            // Nothing is connected where all records are as before.
+            let now = self.driver.im_records(self);
+            records.retain(|record| !now.contains(record));
         }
-        if !kept.parameters.is_empty() {
-            self.write_back_parameters(kept, left);
+        if kept.changes.iter().any(|word| word.starts_with(change::PARAMETERS)) && kept.parameters.is_empty() {
+            outcome.left.push("the parameters, which could not be read before they were written".to_owned());
         }
-    }
-
-    fn write_back_parameters(&mut self, kept: &ParameterBackup<'_>, left: &mut Vec<String>) {
+        if parameters.is_empty() && records.is_empty() {
+            return;
+        }
         let device = &self.world.manual.device;
-        let module = (0..device.modules.len())
+        let start = (0..device.modules.len())
             .map(|index| default_start(device, self.variant_number(), index))
             .find(|start| description::gsdml::needs_description(device, start).is_none());
-        let stands = module.is_some_and(|start| matches!(self.driver.connects_with(self, &start), Ok(Some(true))));
-        let mut all = stands;
-        for parameter in kept.parameters {
-            let address = (parameter.number, parameter.subindex);
-            let is_same = |run: &mut Self| run.parameter_now(address).as_ref() == Some(parameter);
-            let is_back = stands
-                && (is_same(self)
-                    || match self.write_parameter(parameter) {
-                        ParameterWrite::Taken => is_same(self),
-                        ParameterWrite::ReadOnly => true,
-                        ParameterWrite::Refused => false,
-                    });
-            if !is_back {
-                let element = if parameter.subindex == 0 { String::new() } else { format!(".{}", parameter.subindex) };
-                left.push(format!("P{}{element} (0x{})", parameter.number, hex(&parameter.octets)));
-                all = false;
-            }
-        }
-        // If the run saved parameters, the restored ones are saved too, so that they survive the next power-on.
-        let number = device.parameter_access.save;
-        let save = device.parameters.iter().find(|of| of.number == number && of.writable);
-        if let (true, true, Some(save)) = (all, kept.saved, save) {
-            let format = save.kind.formats.first().copied().unwrap_or(ParameterFormat::WORD.0);
-            let save = journal::InitialParameter { number, subindex: 0, format, octets: vec![0, 1] };
-            if self.write_parameter(&save) != ParameterWrite::Taken {
-                left.push("the parameters in non-volatile memory".into());
+        let connected = match start {
+            None => Err("no connection is possible without the GSDML or GSD of the device; name it in the bench file"),
+            Some(start) if matches!(self.driver.connects_with(self, &start), Ok(Some(true))) => Ok(()),
+            Some(_) => Err("the device cannot be connected"),
+        };
+        self.restore_parameters(parameters, kept.saved_parameters(), connected, outcome);
+        for record in &records {
+            let written = connected.map_err(str::to_owned).and_then(|()| self.driver.restore_im_record(self, record));
+            if let Err(why) = written {
+                let InitialImRecord { slot, subslot, index, octets, .. } = record;
+                let number = index.saturating_sub(IM0);
+                let octets = hex(octets);
+                outcome.left.push(format!("I&M{number} at slot {slot} subslot {subslot} (0x{octets}): {why}"));
             }
         }
         let _ = self.disconnect(false);
     }
 
-    fn write_parameter(&mut self, parameter: &journal::InitialParameter) -> ParameterWrite {
+    fn restore_parameters(
+        &mut self,
+        parameters: &[journal::InitialParameter],
+        saved: bool,
+        connected: Result<(), &str>,
+        outcome: &mut RestoreOutcome,
+    ) {
+        let mut all = !parameters.is_empty();
+        for parameter in parameters {
+            if let Err(why) = connected.map_err(str::to_owned).and_then(|()| self.restore_parameter(parameter)) {
+                let element = if parameter.subindex == 0 { String::new() } else { format!(".{}", parameter.subindex) };
+                let octets = hex(&parameter.octets);
+                outcome.left.push(format!("P{}{element} (0x{octets}): {why}", parameter.number));
+                all = false;
+            }
+        }
+        // If the run saved parameters, the restored ones are saved too, so that they survive the next power-on.
+        let device = &self.world.manual.device;
+        let number = device.parameter_access.save;
+        let save = device.parameters.iter().find(|of| of.number == number && of.writable);
+        if let (true, true, Some(save)) = (all, saved, save) {
+            let format = save.kind.formats.first().copied().unwrap_or(ParameterFormat::WORD.0);
+            let save = journal::InitialParameter { number, subindex: 0, format, octets: vec![0, 1] };
+            if let Err(why) = self.write_parameter(&save) {
+                outcome.left.push(format!("the parameters in non-volatile memory: {}", why.text()));
+            }
+        }
+    }
+
+    /// Writes a parameter, unless it is as before; one that is read-only was not changed by any trial.
+    fn restore_parameter(&mut self, parameter: &journal::InitialParameter) -> Result<(), String> {
+        let address = (parameter.number, parameter.subindex);
+        if self.parameter_now(address).as_ref() == Some(parameter) {
+            return Ok(());
+        }
+        match self.write_parameter(parameter) {
+            Ok(()) if self.parameter_now(address).as_ref() == Some(parameter) => Ok(()),
+            Ok(()) => Err("the device accepts it and reports another value".to_owned()),
+            Err(ParameterRefusal::Error(ErrorNumber::READ_ONLY)) => Ok(()),
+            Err(why) => Err(why.text()),
+        }
+    }
+
+    /// Writes a value.
+    fn write_parameter(&mut self, parameter: &journal::InitialParameter) -> Result<(), ParameterRefusal> {
         let value = ParameterValue::new(ParameterFormat(parameter.format), 1, parameter.octets.clone());
         let change = vec![(ParameterAddress::value(parameter.number, parameter.subindex), value)];
         let do_id = self.world.manual.device.parameter_access.do_id;
         let octets = self.parameter_response(&ParameterRequest::change_values(1, do_id, change));
         let Some(Ok(response)) = octets.as_deref().map(ParameterResponse::parse) else {
-            return ParameterWrite::Refused;
+            return Err(ParameterRefusal::NoAnswer);
         };
         let error = response.values.first().and_then(ParameterValue::error).map(|error| error.number);
         match (response.header.id.is_negative(), error) {
-            (false, _) => ParameterWrite::Taken,
-            (true, Some(ErrorNumber::READ_ONLY)) => ParameterWrite::ReadOnly,
-            (true, _) => ParameterWrite::Refused,
+            (false, _) => Ok(()),
+            (true, Some(number)) => Err(ParameterRefusal::Error(number)),
+            (true, None) => Err(ParameterRefusal::NoAnswer),
         }
     }
 }
@@ -222,7 +285,7 @@ fn wrong_claim(name: &str, claims: &str, does: &str) -> DeviceFinding {
 }
 
 /// The start-up with a module and all start parameters at their defaults.
-fn default_start(device: &DeviceDescription, variant: usize, module: usize) -> ConnectionStart {
+pub(super) fn default_start(device: &DeviceDescription, variant: usize, module: usize) -> ConnectionStart {
     let mut parameters = Vec::new();
     for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.starts(module)) {
         for (field, of) in of.fields.iter().enumerate() {

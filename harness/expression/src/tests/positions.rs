@@ -89,11 +89,13 @@ fn a_position_is_compared_as_received(#[case] text: &str, #[case] position: i64,
 
 #[rstest]
 #[case("position == 50", T)]
-#[case("position == 50 +/- 1", U)]
+#[case("position == 50 +/- 1", T)]
+#[case("position == 60 +/- 1", F)]
+#[case("position == 0 +/- 1", U)]
 #[case("position == before + 1", U)]
 #[case("position - before == 0", U)]
 #[case("position < 100", T)]
-fn without_a_range_only_exact_comparisons_are_known(#[case] text: &str, #[case] expected: Option<bool>) {
+fn without_a_range_what_no_number_of_steps_changes_is_known(#[case] text: &str, #[case] expected: Option<bool>) {
     let observed = [("position", Value::place(50, None)), ("before", Value::place(50, None))];
     assert_eq!(truth(text, &observed), expected);
 }
@@ -145,6 +147,29 @@ fn every_comparison_of_a_position_gets_the_noise(
     let observed = [("position", place(position)), ("before", place(50)), ("ST_POS", Value::whole(7))];
     let program = condition(text).unwrap_or_else(|error| panic!("{text}: {error}"));
     assert_eq!(program.truth(&ObservedValues::now(&observed).noise(2), &HistoryState::default()), expected);
+}
+
+/// The range is that of parameters that were not sent.
+#[rstest]
+#[case("position == 100", 102, T)]
+#[case("position == 100", 103, F)]
+#[case("position == 100 +/- 1", 103, T)]
+#[case("position == 100 +/- 1", 104, F)]
+#[case("position == 1", 5000, U)]
+#[case("position != 100", 103, T)]
+#[case("position >= 100", 98, T)]
+#[case("position >= 100", 97, U)]
+#[case("position <= 100", 102, T)]
+#[case("position <= 100", 103, U)]
+#[case("100 <= position", 98, T)]
+fn noise_on_an_unknown_circle_decides_what_no_number_of_steps_changes(
+    #[case] text: &str,
+    #[case] position: i64,
+    #[case] expected: Option<bool>,
+) {
+    let program = condition(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+    let observed = ObservedValues::now(&[("position", Value::place(position, None))]).noise(2);
+    assert_eq!(program.truth(&observed, &HistoryState::default()), expected);
 }
 
 #[test]

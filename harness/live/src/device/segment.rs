@@ -8,6 +8,7 @@ use super::bus_watch::BusWatch;
 use crate::device_discovery::is_cyclic;
 use crate::line::DeviceLine;
 use controllers::profinet_io::Controller;
+use engine::Disturbance;
 use engine::HarnessStations;
 use engine::TrialEnvironment;
 use engine::segment::{FrameTap, Segment};
@@ -25,6 +26,10 @@ const CARRIER_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 pub(super) fn of<'a>(mut state: MutexGuard<'a, BenchState>, place: &TrialEnvironment) -> Box<dyn Segment + 'a> {
     state.line.restart();
     let [(first, _), (second, _)] = place.controllers;
+    let others = match &state.line {
+        DeviceLine::Bus(_, fence) => fence.other_stations().to_vec(),
+        DeviceLine::Wire(..) => Vec::new(),
+    };
     let slot = place.line.pace.map(|pace| Duration::from_nanos(place.line.baud.nanoseconds(pace.slot_time)));
     Box::new(LiveSegment {
         state,
@@ -35,7 +40,7 @@ pub(super) fn of<'a>(mut state: MutexGuard<'a, BenchState>, place: &TrialEnviron
         spoilt: None,
         device: place.mac.unwrap_or_default(),
         ours: [first, second],
-        watch: BusWatch::new(slot.unwrap_or_default()),
+        watch: BusWatch::new(slot.unwrap_or_default(), others),
     })
 }
 
@@ -47,7 +52,7 @@ struct LiveSegment<'a> {
     discarded: Outbox,
     checked_at: Time,
     /// Why the evidence is invalid although the line is up.
-    spoilt: Option<String>,
+    spoilt: Option<Disturbance>,
     /// The device, and the controllers that may exchange data with it, on PROFINET.
     device: Mac,
     ours: [Mac; 2],
@@ -75,15 +80,16 @@ impl LiveSegment<'_> {
                 let lost = port.lost();
                 if lost > *frames_lost {
                     *frames_lost = lost;
-                    self.spoilt.get_or_insert("this host was too slow and lost received frames".to_owned());
+                    let why = "this host was too slow and lost received frames";
+                    self.spoilt.get_or_insert(Disturbance::of_harness(why));
                 }
             }
             DeviceLine::Bus(bus, _) => {
                 let garbled = bus.serial().echo_errors();
                 if garbled > *frames_lost {
                     *frames_lost = garbled;
-                    self.spoilt
-                        .get_or_insert("another station sent on the bus at the same time as the harness".to_owned());
+                    let why = "another station sent on the bus at the same time as the harness";
+                    self.spoilt.get_or_insert(Disturbance::lasting(why));
                 }
             }
         }
@@ -119,7 +125,7 @@ impl LiveSegment<'_> {
                 let mut fence = |frame: &[u8]| guard.allows(frame);
                 let tap: FrameTap<'_> = &mut |time, frame| {
                     if spoilt.is_none() && is_foreign_exchange(frame, device, &ours) {
-                        *spoilt = Some("another controller exchanges data with the device".to_owned());
+                        *spoilt = Some(Disturbance::lasting("another controller exchanges data with the device"));
                     }
                     tap(time, frame);
                 };
@@ -195,7 +201,7 @@ impl Segment for LiveSegment<'_> {
         self.broken.clone()
     }
 
-    fn invalidated(&self) -> Option<String> {
+    fn invalidated(&self) -> Option<Disturbance> {
         self.spoilt.clone()
     }
 
@@ -209,7 +215,11 @@ impl Segment for LiveSegment<'_> {
     }
 
     fn lateness(&self) -> Duration {
-        self.state.line.lateness().wakes().max()
+        self.state.line.lateness().longest()
+    }
+
+    fn lacks_answer(&self) -> bool {
+        self.watch.lacks_answer()
     }
 
     fn latest_answer(&self) -> Duration {

@@ -1,8 +1,9 @@
-//! A live slave on a serial line: the [`preflight`] of the bus, and descriptions of received frames.
+//! A live slave on a serial line: the [`survey`] of a bus, the [`preflight`] of a bench, and descriptions of received frames.
 //!
 //! This module must not know suites.
 
 pub mod preflight;
+pub mod survey;
 
 use plain_text::hex_start;
 use wire::profibus::fdl::FdlFrame;

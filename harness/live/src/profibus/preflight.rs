@@ -3,11 +3,12 @@
 //!
 //! It listens before the first frame of the harness, and changes nothing. This module must not know suites.
 
-use super::{is_of_master, words};
+use super::{is_of_master, survey, words};
 use crate::fdl::FdlFrames;
 use crate::fence::Fence;
 use crate::journal::{self, InitialDevice, Journal};
 use crate::line::DeviceLine;
+use crate::preflight::PreflightPurpose;
 use crate::ticker::{TICK, Ticker};
 use crate::unusable::{PreflightResult, Unusable, unusable};
 use controllers::profibus_dp::LiveBusTiming;
@@ -17,16 +18,12 @@ use results::bench_file::{BenchFile, Driver, LineSpec, LinkSpec};
 use station::{Duration, Time};
 use std::path::Path;
 use suite::needs::FASTEST_LINE;
-use wire::profibus::fdl::{BROADCAST, BaudRate, BitTimes};
+use wire::profibus::fdl::{BROADCAST, BaudRate};
 
 /// The rate of a pseudoterminal without a configured rate.
 const PSEUDOTERMINAL_BAUD: BaudRate = BaudRate(1_500_000);
 /// The rate at which a line is opened to detect its type.
 const SLOWEST: BaudRate = BaudRate(9_600);
-/// Minimum time to listen before the first frame of the harness.
-const LISTEN_TIME: Duration = Duration::from_secs(1);
-/// The longest token rotation time on most buses (TTR), in bit times.
-const ROTATION: BitTimes = BitTimes(50_000);
 /// Timeout for the slave; it may just have been switched on.
 const SLAVE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Number of requests to the slave to measure its response time.
@@ -80,42 +77,44 @@ pub struct PreparedBus {
 pub fn prepare(
     bench: &BenchFile,
     expected: &ExpectedSlave,
+    purpose: PreflightPurpose<'_>,
     opened: &mut dyn FnMut() -> Result<(), String>,
 ) -> PreflightResult<PreparedBus> {
     let (serial, baud) = open(bench)?;
     link::privileges::drop()?;
     opened().map_err(Unusable)?;
     let pace = LiveBusTiming::new(baud, bench.line.slot_time, bench.line.max_tsdr);
-    let (station, masters) = addresses(bench, expected)?;
+    let (home, masters) = addresses(bench, expected)?;
     let name = serial.describe();
     let mut scout = BusPreflight {
         bus: SerialBus::new(serial, Box::<FdlFrames>::default()),
-        fence: Fence::new(station, bench.consent),
+        fence: Fence::new(home, bench.consent),
         master: ProfibusMaster::new(pace.settings(masters[0], baud, masters[0])),
         name,
         sent: Time::ZERO,
         answered: Duration::ZERO,
     };
-    let claims = Duration::from_nanos(baud.nanoseconds(BitTimes(8 * pace.slot_time.0)));
-    let round = Duration::from_nanos(baud.nanoseconds(ROTATION));
-    scout.listen(LISTEN_TIME.max(claims).max(round))?;
+    scout.listen(survey::listening_time(baud, bench.line.slot_time))?;
     let late = scout.bus.lateness().wakes().max();
-    let others = scout.others(station, &masters)?;
+    let mut others = scout.others(home, &masters)?;
+    let station = match purpose {
+        PreflightPurpose::Run => home,
+        PreflightPurpose::Restore { found, .. } => scout.search(home, found.device_id, &others)?,
+    };
+    others.retain(|other| *other != station);
     let ident = scout.find(station, expected, &others)?;
     scout.fence.set_other_stations(others.clone());
-    let found = InitialDevice { station: Some(station), device_id: ident, ..InitialDevice::of(bench) };
+    let now = InitialDevice { station: Some(station), device_id: ident, ..InitialDevice::of(bench) };
     let mut notes = Vec::new();
-    let folder = Path::new(journal::FOLDER);
-    let same = |kept: &journal::JournalContent| kept.found.link == found.link && kept.found.station == found.station;
-    if let Some((path, _)) = journal::unrestored(folder).into_iter().find(|(_, kept)| same(kept)) {
+    let same = |kept: &journal::JournalContent| kept.found.link == now.link && kept.found.station == now.station;
+    let open_before = journal::unrestored(Path::new(journal::FOLDER)).into_iter().find(|(_, kept)| same(kept));
+    if let (Some((path, _)), false) = (open_before, purpose.is_restore()) {
         notes.push(format!(
             "an earlier run on this device did not restore everything ({}): run `encspec bench restore`",
             path.display()
         ));
     }
-    let begun = Journal::begin(folder, &found);
-    let journal = begun
-        .map_err(|error| Unusable(format!("the journal below {} cannot be written: {error}", folder.display())))?;
+    let (found, journal) = purpose.journal(now)?;
     let cycles = expected.cycle * 2;
     // An adapter may delay each answer.
     let slack = cycles + late.min(cycles) + scout.turnaround(station)? * 2;
@@ -139,7 +138,11 @@ fn open(bench: &BenchFile) -> PreflightResult<(Serial, BaudRate)> {
     let LinkSpec::Serial(path) = &bench.link else {
         return unusable(format!("{} is not a serial line", bench.link));
     };
-    let spec = &bench.line;
+    open_line(path, &bench.line)
+}
+
+/// Opens the line at `path`; a line that cannot keep the timing of a master is refused.
+pub(super) fn open_line(path: &str, spec: &LineSpec) -> PreflightResult<(Serial, BaudRate)> {
     let settings = SerialSettings {
         baud: spec.baud.unwrap_or(SLOWEST).0,
         parity: spec.parity,
@@ -157,16 +160,16 @@ fn open(bench: &BenchFile) -> PreflightResult<(Serial, BaudRate)> {
 /// The rate of the line `name`, which is not a pseudoterminal, if its timing can be kept.
 fn timed(spec: &LineSpec, name: &str) -> PreflightResult<BaudRate> {
     match (spec.baud, spec.driver) {
-        (None, _) => {
-            unusable(format!("set the baud rate of the bus at {name} in a bench file with `line: {{ baud: .. }}`"))
-        }
+        (None, _) => unusable(format!(
+            "set the baud rate of the bus at {name} in a bench file with `line: {{ baud: .. }}`, or with `--baud`"
+        )),
         (Some(baud), _) if baud > FASTEST_LINE => unusable(format!(
             "{name} cannot keep the timing of a bus at {} bit/s; set the bus to {} bit/s or less",
             baud.0, FASTEST_LINE.0
         )),
         (_, None) => unusable(format!(
-            "the driver of the adapter at {name} has to be switched by hardware; say in a bench file which does it: \
-             `line: {{ driver: adapter }}` or `line: {{ driver: port }}`"
+            "the driver of the adapter at {name} has to be switched by hardware; say in a bench file which does it, \
+             `line: {{ driver: adapter }}` or `line: {{ driver: port }}`, or with `--driver`"
         )),
         (Some(baud), Some(_)) => Ok(baud),
     }
@@ -235,6 +238,45 @@ impl BusPreflight {
             others.push(address);
         }
         Ok(others)
+    }
+
+    /// The address at which the slave with this ident is: `home`, or the only other one.
+    fn search(&mut self, home: u8, ident: u16, others: &[u8]) -> PreflightResult<u8> {
+        let until = self.bus.now() + SLAVE_TIMEOUT;
+        loop {
+            let mut same = Vec::new();
+            for &address in [home].iter().chain(others) {
+                self.fence.set_device(address);
+                let answer = self.ask(MasterRequest::Diagnosis { to: address })?;
+                if answer.diagnosis().is_some_and(|found| found.ident == ident) {
+                    if address == home {
+                        return Ok(home);
+                    }
+                    same.push(address);
+                }
+            }
+            self.fence.set_device(home);
+            match same[..] {
+                [only] => {
+                    self.fence.set_device(only);
+                    return Ok(only);
+                }
+                [] if self.bus.now() < until => {}
+                [] => {
+                    return unusable(format!(
+                        "no slave with ident 0x{ident:04X} answers on {}; check its power and cable",
+                        self.name
+                    ));
+                }
+                _ => {
+                    let all: Vec<String> = same.iter().map(u8::to_string).collect();
+                    return unusable(format!(
+                        "slaves with ident 0x{ident:04X} are at {}, and none is at {home}: leave only the one of the journal on the bus",
+                        all.join(", ")
+                    ));
+                }
+            }
+        }
     }
 
     /// Waits for the diagnosis of the slave; returns its ident number.
@@ -317,7 +359,7 @@ impl BusPreflight {
 }
 
 /// Fails if the run was interrupted.
-fn interruptible() -> PreflightResult<()> {
+pub(super) fn interruptible() -> PreflightResult<()> {
     if link::interrupt::requested() { unusable("interrupted; nothing was changed") } else { Ok(()) }
 }
 
@@ -330,7 +372,7 @@ mod tests {
     #[case(
         None,
         Some(Driver::Adapter),
-        Err("set the baud rate of the bus at a line in a bench file with `line: { baud: .. }`")
+        Err("set the baud rate of the bus at a line in a bench file with `line: { baud: .. }`, or with `--baud`")
     )]
     #[case(
         Some(500_000),

@@ -193,7 +193,10 @@ impl StartUpCheck {
             }
             Observation::Aborted { ar, direction, status } => {
                 let Some(known) = of(ars, *ar) else { return };
-                self.broke(known, *ar, now);
+                // After a Release an ERR-RTA only closes the alarm endpoint.
+                if known.release_frame.is_none() {
+                    self.broke(known, *ar, now);
+                }
                 self.ended(now, ars, *ar, &StartUpEnd::Aborted(*direction, *status), findings);
             }
             Observation::Starved { ar, direction } => {

@@ -1,5 +1,6 @@
 //! The keys of a bench file.
 
+use super::IpPermanence;
 use super::line::Driver;
 use station::Parity;
 use suite_yaml::device_yaml::PATH;
@@ -15,6 +16,9 @@ pub(super) static PARITIES: WordChoices<Parity> =
 pub(super) static DRIVERS: WordChoices<Driver> = WordChoices(&[("adapter", Driver::Adapter), ("port", Driver::Port)]);
 /// Where a device is: a network interface, a socket or a serial line.
 static LINK: Pattern = Pattern { regex: r"^(nic|socket|serial):.+$" };
+/// Whether the device stores its IP address.
+pub(super) static PERMANENCES: WordChoices<IpPermanence> =
+    WordChoices(&[("permanent", IpPermanence::Permanent), ("temporary", IpPermanence::Temporary)]);
 /// A MAC address.
 static MAC: Pattern = Pattern { regex: r"^[0-9A-Fa-f]{2}([:-][0-9A-Fa-f]{2}){5}$" };
 /// An IPv4 address.
@@ -44,6 +48,7 @@ key_set! {
         mac may Pattern(&MAC), "Its MAC address, if only this one may be tested.";
         ip may Pattern(&IP), "The IP address to assign; by default the device keeps its own.";
         mask may Pattern(&IP), "The subnet mask, 255.255.255.0 by default.";
+        ip_permanence may Word(&PERMANENCES), "Whether the device has stored the IP address that it has before the run, which DCP cannot read; without this key the address is put back as a permanent one.";
         controller may Keys(&bench_controller::KEYS), "The addresses of encspec on the subnet.";
         cycle may Time, "The cycle time of connections that name none.";
         watchdog may Time, "The watchdog time of connections that name none.";
@@ -53,6 +58,7 @@ key_set! {
         tolerance may Map(&Quantity), "Tolerances of ours that are others on this bench, by the names of `tolerance` of device.yaml.";
         gsdml may Text, "The vendor's GSDML, a file (PROFINET).";
         gsd may Text, "The vendor's GSD, a file (PROFIBUS).";
+        start_parameters may Map(&FilledText), "Start parameters of device.yaml, each with its name in the GSDML or GSD, where the names or values leave a doubt.";
         telegrams may NonEmpty(&Text), "The modules that the device supports, by their names in device.yaml; all by default.";
         lacks may NonEmpty(&Text), "Records and parameters of device.yaml that the device does not have.";
         firmware may Pattern(&FIRMWARE), "The expected firmware as in I&M0, for instance `1.1.0`.";
@@ -108,6 +114,9 @@ key_set! {
         set_name may Flag, "The station name may be changed; it is restored afterwards.";
         set_ip may Flag, "The IP address may be changed; it is restored afterwards.";
         set_address may Flag, "The station address may be changed over the bus; it is restored afterwards (PROFIBUS).";
+        im_records may Flag, "I&M1 to I&M4 (plant tags, date, descriptor, signature) may be overwritten; they are restored afterwards.";
+        lock_address may Flag,
+            "Set_Slave_Address may forbid further changes, so the device keeps a wrong address until a reset that the manual may not have (PROFIBUS).";
         nvm_write may Whole(0, 0xFFFF_FFFF), "The number of permitted writes to non-volatile memory per run, 0 by default.";
         position_reference may Flag, "The position may be preset; a machine that uses it loses its reference.";
         firmware may Flag, "The device may be made to wait for another firmware, which stops its web server.";

@@ -11,7 +11,7 @@
 //!
 //! | keys | meaning |
 //! | --- | --- |
-//! | `device`, `description`, `link`, `station_name`, `mac`, `ip`, `mask`, `controller` | the device, and the addresses of the controller |
+//! | `device`, `description`, `link`, `station_name`, `mac`, `ip`, `mask`, `ip_permanence`, `controller` | the device, and the addresses of the controller |
 //! | `line` | PROFIBUS: baud rate, parity and slot time of the line, control of its driver, the addresses on the bus |
 //! | `cycle`, `watchdog`, `persona`, `boot_time`, `timing`, `tolerance`, `position_noise`, `direct_cable` | times and tolerances of this bench, and whether the cable has no switch |
 //! | `telegrams`, `lacks`, `firmware`, `gsdml`, `gsd`, `ledger` | claims about the device and its known failures; wrong claims are findings |
@@ -30,6 +30,7 @@ mod stand;
 
 use crate::outcome::DescriptionKind;
 use expression::Value;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
@@ -143,6 +144,8 @@ pub struct BenchFile {
     pub ip: Option<Ipv4Addr>,
     /// Subnet mask of the segment.
     pub mask: Ipv4Addr,
+    /// Whether the device has stored the IP address that it has before the run; `None`: not known.
+    pub ip_permanence: Option<IpPermanence>,
     /// IP address of the controller; `None`: a free address of the device's subnet.
     pub controller_ip: Option<Ipv4Addr>,
     /// MAC address of the controller; `None`: derived from that of the interface.
@@ -161,6 +164,8 @@ pub struct BenchFile {
     pub tolerances: Vec<(String, Value)>,
     /// Device descriptions of the vendor.
     pub descriptions: Vec<(DescriptionKind, PathBuf)>,
+    /// Start parameters by their names in `device.yaml`, each with its name in the GSDML or GSD, on which a person decided.
+    pub start_parameters: Vec<(String, String)>,
     /// The modules (telegrams) that the device supports, by their names in `device.yaml`; `None`: all.
     pub telegrams: Option<Vec<String>>,
     /// Records and parameters that the device does not have, by their names in `device.yaml`.
@@ -215,6 +220,7 @@ impl BenchFile {
             mac: None,
             ip: None,
             mask: Ipv4Addr::new(255, 255, 255, 0),
+            ip_permanence: None,
             controller_ip: None,
             controller_mac: None,
             cycle: None,
@@ -225,6 +231,7 @@ impl BenchFile {
             tolerances: Vec::new(),
             descriptions: Vec::new(),
             telegrams: None,
+            start_parameters: Vec::new(),
             lacks: Vec::new(),
             firmware: None,
             ledger: None,
@@ -234,6 +241,30 @@ impl BenchFile {
             stand: StandSpec::default(),
             consent: Consents::default(),
         }
+    }
+}
+
+/// Whether a device keeps its IP address when it loses power.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum IpPermanence {
+    /// The address is stored.
+    Permanent,
+    /// The address is lost with the power.
+    Temporary,
+    /// Not known; it is put back as a permanent one.
+    #[default]
+    Unknown,
+}
+
+/// Formats the word of the journal.
+impl fmt::Display for IpPermanence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            IpPermanence::Permanent => "permanent",
+            IpPermanence::Temporary => "temporary",
+            IpPermanence::Unknown => "permanence unknown, assumed permanent",
+        })
     }
 }
 
@@ -317,6 +348,10 @@ pub struct Consents {
     pub set_ip: bool,
     /// Change the station address over the bus (PROFIBUS).
     pub set_address: bool,
+    /// Overwrite I&M1 to I&M4.
+    pub im_records: bool,
+    /// Lock the station address against further changes until the device is reset (PROFIBUS).
+    pub lock_address: bool,
     /// Maximum number of writes to non-volatile memory in a run.
     pub nvm_write: u32,
     /// Preset the position; the reference of the machine that the encoder is mounted in is lost.

@@ -1,6 +1,6 @@
 //! Reads a bench file: identity, addresses, times, claims, consents.
 
-use super::keys::{bench, bench_consent, bench_controller, bench_page};
+use super::keys::{PERMANENCES, bench, bench_consent, bench_controller, bench_page};
 use super::line::line;
 use super::stand::stand;
 use super::{ANY_DEVICE, BenchFile, BenchPage, BenchTiming, Consents, DeviceClaim, LinkSpec, StandSpec};
@@ -15,7 +15,7 @@ use suite::Location;
 use suite::device::{DeviceDescription, OurSpan};
 use suite::model::Manual;
 use suite_yaml::LoadErrors;
-use suite_yaml::device_yaml::{OurKind, duration, fields, flag, named, our_value, path, patience, whole};
+use suite_yaml::device_yaml::{OurKind, duration, fields, flag, named, our_value, path, patience, plain, whole};
 use suite_yaml::error::{LoadError, Mistake, Mistakes, Read};
 use suite_yaml::keys::{Key, Keyed};
 use suite_yaml::persona::persona_name;
@@ -107,6 +107,7 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
         mac: reader.value(&bench::mac, mac),
         ip,
         mask,
+        ip_permanence: mistakes.keep(keyed.word(&bench::ip_permanence, &PERMANENCES)).flatten(),
         controller_ip,
         controller_mac,
         cycle,
@@ -119,6 +120,9 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
             .into_iter()
             .filter_map(|kind| Some((kind, reader.path(bench::KEYS.key(kind.key())?)?)))
             .collect(),
+        start_parameters: reader
+            .value(&bench::start_parameters, |node| start_parameters(node, device))
+            .unwrap_or_default(),
         telegrams: reader.value(&bench::telegrams, |node| telegrams(node, device)),
         lacks: reader.value(&bench::lacks, |node| lacks(node, device)).unwrap_or_default(),
         firmware: reader.value(&bench::firmware, firmware),
@@ -255,10 +259,10 @@ fn claim<'m>(node: &Node, manuals: Option<&'m [Manual]>) -> Read<(DeviceClaim, O
     let variant = match (variant, variants.as_slice()) {
         (None, [only]) => only,
         (None, _) => {
-            let all: Vec<String> = variants.iter().map(|variant| format!("`{name}/{variant}`")).collect();
+            let all: Vec<usize> = (0..variants.len()).collect();
             return Err(node
-                .wrong(format!("`{name}` has several variants"))
-                .help(format!("write {}", all.join(" or "))));
+                .wrong(format!("`{name}` has several variants, and this line does not say which it is"))
+                .help(manual.device.variant_question(&all)));
         }
         (Some(variant), _) => match variants.iter().find(|known| *known == variant) {
             Some(known) => known,
@@ -374,6 +378,20 @@ fn lacks(node: &Node, device: Option<&DeviceDescription>) -> Read<Vec<String>> {
     })
 }
 
+/// Start parameters of the device, each with its name in a description.
+fn start_parameters(node: &Node, device: Option<&DeviceDescription>) -> Read<Vec<(String, String)>> {
+    let mut named_parameters = Vec::new();
+    for (name, node) in named(node, "start_parameters")? {
+        let records = device.into_iter().flat_map(|device| &device.records).filter(|record| record.start);
+        let known: Vec<&str> = records.flat_map(|record| &record.fields).map(|field| field.name.as_str()).collect();
+        if device.is_some() && !known.contains(&name) {
+            return Err(Mistake::unknown(node.spot, "start parameter", name, known));
+        }
+        named_parameters.push((name.to_owned(), plain(node, "a name in the GSDML or GSD")?.to_owned()));
+    }
+    Ok(named_parameters)
+}
+
 /// The web pages; each name must be a page of the device.
 fn pages(node: &Node, device: Option<&DeviceDescription>) -> Read<Vec<(String, BenchPage)>> {
     let mut pages = Vec::new();
@@ -426,6 +444,8 @@ fn consent(node: &Node) -> Read<Consents> {
         set_name: flag(keyed, &bench_consent::set_name)?,
         set_ip: flag(keyed, &bench_consent::set_ip)?,
         set_address: flag(keyed, &bench_consent::set_address)?,
+        im_records: flag(keyed, &bench_consent::im_records)?,
+        lock_address: flag(keyed, &bench_consent::lock_address)?,
         nvm_write: keyed.get(&bench_consent::nvm_write).map_or(Ok(0), |node| whole(node, "a number of writes"))?,
         position_reference: flag(keyed, &bench_consent::position_reference)?,
         firmware: flag(keyed, &bench_consent::firmware)?,

@@ -10,6 +10,7 @@ mod plain;
 mod profibus;
 mod rest;
 mod times;
+mod variants;
 
 pub(crate) use cyclic::field;
 pub use pages::{fields, path};
@@ -28,13 +29,17 @@ use self::pages::page;
 use self::rest::Access;
 use self::rest::{codes, parameter, parameter_access, record, stand};
 use self::times::{ours, printed};
+use self::variants::{IdentifyingNames, variant_identification};
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::keys::{Key, KeySet, Keyed, WordChoices};
 use super::yaml::Node;
 use expression::{Allow, NameScope, Number, Program, ResolvedName, Type, Value, WordTable};
 use std::cell::RefCell;
 use std::sync::Arc;
-use suite::device::{DeviceDescription, DeviceRecord, LastingChanges, ProfibusFacts, ProfinetFacts, ProfinetIdentity};
+use suite::device::{
+    DeviceDescription, DeviceRecord, LastingChanges, ProfibusFacts, ProfinetFacts, ProfinetIdentity,
+    VariantIdentification,
+};
 
 /// The buses; whether it is PROFIBUS.
 static BUSES: WordChoices<bool> = WordChoices(&[("profinet", false), ("profibus", true)]);
@@ -64,6 +69,7 @@ key_set! {
         stand may Keys(&stand::KEYS), "What a stand can do with it.";
         roles may Map(&List(&Name)), "Device-independent names.";
         changes may Keys(&changed::KEYS), "What changes the device for good.";
+        variant_identification may Keys(&variant_identification::KEYS), "How a device shows which variant it is.";
         pages may Map(&Keys(&page::KEYS)), "Its web pages.";
     }
 }
@@ -167,6 +173,10 @@ impl<'n> DeviceReader<'n> {
         let pages = self.pages();
         let changes =
             if sound { self.changes(&signals, &parameters, &records, &pages)? } else { LastingChanges::default() };
+        let diagnosis = slave.as_ref().map(|slave| &slave.diagnosis);
+        let names = IdentifyingNames { signals: &signals, records: &records, parameters: &parameters, diagnosis };
+        let variant_identification =
+            if sound { self.variant_identification(&names)? } else { VariantIdentification::default() };
         let derived = self.derived()?;
         self.names_differ(&records);
         let title = self.top.must(&device::title)?.text("title")?.to_owned();
@@ -198,6 +208,7 @@ impl<'n> DeviceReader<'n> {
             bus,
             title,
             variants: self.variants,
+            variant_identification,
             timing,
             signals,
             submodules,

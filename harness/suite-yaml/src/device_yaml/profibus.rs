@@ -9,6 +9,7 @@ use super::cyclic::{octets, signal};
 use super::plain::{FieldKeys, FieldPosition, ORIGINS, position};
 use super::rest::{codes, parameter, record_field, slave_parameter_access, stand};
 use super::times::{ours, printed};
+use super::variants::variant_identification;
 use super::{DeviceReader, flag, named, origin, plain, sourced, whole};
 use expression::{Type, Value, WordTable};
 use std::sync::Arc;
@@ -46,6 +47,7 @@ key_set! {
         stand may Keys(&stand::KEYS), "What a stand can do with it.";
         roles may Map(&List(&Name)), "Device-independent names.";
         changes may Keys(&changed::KEYS), "What changes the device for good.";
+        variant_identification may Keys(&variant_identification::KEYS), "How a device shows which variant it is.";
     }
 }
 
@@ -235,6 +237,7 @@ impl<'n> DeviceReader<'n> {
             start: true,
             with: None,
             fields: Vec::new(),
+            template: Vec::new(),
             origin: Origin::Manual,
         };
         let Some(node) = self.top.get(&slave::set_prm) else {

@@ -59,6 +59,7 @@ key_set! {
         default may PerVariant(&Scalar), "Its documented default.";
         from may Whole(-0x8000_0000_0000_0000, 0xFFFF_FFFF_FFFF_FFFF), "The lowest number that the manual allows.";
         to may Whole(-0x8000_0000_0000_0000, 0xFFFF_FFFF_FFFF_FFFF), "The highest number that the manual allows.";
+        called may NonEmpty(&Text), "Other names for it in the manual and in descriptions; a GSDML or GSD is searched for them.";
         from_source may Word(&ORIGINS), "Where its place comes from if the manual does not print it.";
     } [OneOf(&[&octet, &octets]), NotBoth(&bit, &bits)]
 }
@@ -170,6 +171,7 @@ impl<'n> DeviceReader<'n> {
             start,
             with,
             fields,
+            template: Vec::new(),
             origin: origin(keyed, &record::from_source)?,
         })
     }
@@ -193,6 +195,7 @@ impl<'n> DeviceReader<'n> {
         let range = (number(&record_field::from)?, number(&record_field::to)?);
         let origin = origin(keyed, &record_field::from_source)?;
         let words = words_of(table.as_deref());
+        let called = keyed.get(&record_field::called).map(names_elsewhere).transpose()?.unwrap_or_default();
         Ok(RecordField {
             name: name.to_owned(),
             octet: first,
@@ -203,6 +206,7 @@ impl<'n> DeviceReader<'n> {
             default,
             range,
             text,
+            called,
             origin,
         })
     }
@@ -434,6 +438,11 @@ pub(in super::super) fn parameter_number(name: &str) -> Option<u16> {
         && digits.bytes().all(|octet| octet.is_ascii_digit())
         && (digits == "0" || !digits.starts_with('0'));
     if good { digits.parse().ok() } else { None }
+}
+
+/// Names of a field in the manual and in descriptions.
+fn names_elsewhere(node: &Node) -> Read<Vec<String>> {
+    node.items("called")?.iter().map(|item| plain(item, "a name").map(str::to_owned)).collect()
 }
 
 /// The modules with whose start-up a record is sent.

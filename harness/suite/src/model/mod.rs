@@ -291,6 +291,8 @@ pub enum StartDeviation {
     Slot(u16),
     /// Ident number of the module in slot 0, the device access point.
     AccessPointIdent(u32),
+    /// Send the RPC headers of this connection in little-endian byte order.
+    LittleEndian,
     /// Do not assign an IP address; connect to the current address of the device.
     NoAddress,
     /// Wait before the end of the parameters.

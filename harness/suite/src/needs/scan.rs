@@ -419,13 +419,21 @@ impl<'a> Scan<'a> {
                 let kept = self.manual.device.records.get(record).is_some_and(|of| KEPT_RECORDS.contains(&of.index));
                 let said = self.manual.device.changes.nvm_write.contains(&Changed::Record(record));
                 self.changes(|changed| *changed == Changed::Record(record), times);
-                if kept && !said {
-                    self.writes = self.writes.saturating_add(times);
+                if kept {
+                    self.im_record(said, times);
                 }
             }
             Some(NameKind::Station(StationName::Name)) => self.add(BenchNeed::Consent(Consent::SetName)),
             Some(NameKind::Station(_)) => self.add(BenchNeed::Consent(Consent::SetIp)),
             _ => {}
+        }
+    }
+
+    /// Adds the consents for a write to one of I&M1 to I&M4; `said`: `device.yaml` declares that it writes the memory.
+    fn im_record(&mut self, said: bool, times: u64) {
+        self.add(BenchNeed::Consent(Consent::ImRecords));
+        if !said {
+            self.writes = self.writes.saturating_add(times);
         }
     }
 
@@ -450,8 +458,11 @@ impl<'a> Scan<'a> {
             // A device that does not detect the damage accepts the name.
             AcyclicService::Broken(word) if word.starts_with("dcp") => self.add(BenchNeed::Consent(Consent::SetName)),
             // The slave stores its new address.
-            AcyclicService::Dp(DpService::SetSlaveAddress { .. }) => {
+            AcyclicService::Dp(DpService::SetSlaveAddress { lock, .. }) => {
                 self.add(BenchNeed::Consent(Consent::SetAddress));
+                if *lock != 0 {
+                    self.add(BenchNeed::Consent(Consent::LockAddress));
+                }
                 self.writes = self.writes.saturating_add(times);
             }
             AcyclicService::Dp(DpService::DataExchange(octets)) => {
@@ -472,8 +483,8 @@ impl<'a> Scan<'a> {
                 let record = self.manual.device.records.iter().position(|record| record.index == *index);
                 let said = record.is_some_and(|of| self.manual.device.changes.nvm_write.contains(&Changed::Record(of)));
                 self.changes(|changed| record.is_some_and(|of| *changed == Changed::Record(of)), times);
-                if kept && !said {
-                    self.writes = self.writes.saturating_add(times);
+                if kept {
+                    self.im_record(said, times);
                 }
             }
             _ => {}

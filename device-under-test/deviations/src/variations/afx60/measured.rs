@@ -45,7 +45,7 @@ pub const GROUP: Group = Group {
             => |d| d.sick.turns(|begins, turns| if begins { 0 } else { turns });
         "only-begun-turns-count" "The service log counts each begin of a rotation."
             "3.5.5, Table 34 (1002.3, 1002.4): what the counters of rotation count is not printed"
-            => |d| d.sick.turns(|begins, turns| if begins { turns } else { 0 });
+            => |d| d.sick.turns(|begins, _| u32::from(begins));
         "acceleration-of-a-real-shaft" "The acceleration deviates by 3 rpm/s."
             "3.5.5, Table 34 (1002.7): no accuracy is printed"
             => |d| d.sick.log_element(7, |reading, log| {

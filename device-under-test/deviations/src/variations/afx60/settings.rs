@@ -7,6 +7,7 @@ use crate::tables::Group;
 use alloc::rc::Rc;
 use core::cell::Cell;
 use reference_devices::manuals;
+use reference_devices::models::sick::hooks::SickCheck;
 use reference_devices::models::sick_afx60::hooks::Afx60Check;
 use wire::profidrive::ErrorNumber;
 
@@ -51,11 +52,43 @@ pub const GROUP: Group = Group {
             => |d| refuse_writes(d, 65000, ErrorNumber::LIMIT, |view, _, values| {
                 values.first().is_some_and(|value| *value >= view.positions)
             });
+        "round-axis-of-the-start" "The position has the gear of the start, whatever is written to P1009 later."
+            "3.5.5, Table 34 (1009) and 3.6.12 do not print when a written value acts on the position"
+            => |d| round_axis_of_the_start(d);
         "round-axis-on-singleturn" "The AFS60 has the round axis."
             "3.2.2 and 3.6.12 speak of the encoder without a difference"
             => |d| d.afx60.set(Afx60Check::HasRoundAxis, true);
     },
 };
+
+fn round_axis_of_the_start(d: &mut Deviations) {
+    let takes_axis = Rc::new(Cell::new(true));
+    let takes_gear = Rc::new(Cell::new(true));
+    let (axis, gear) = (takes_axis.clone(), takes_gear.clone());
+    // What the start says is complete at PrmEnd.
+    d.encoder.ready(move |_, right| {
+        axis.set(true);
+        gear.set(true);
+        right
+    });
+    let mut is_on = false;
+    d.sick.check(move |check, right| {
+        if check != SickCheck::RoundAxis {
+            return right;
+        }
+        if takes_axis.take() {
+            is_on = right;
+        }
+        is_on
+    });
+    let mut of_start = None;
+    d.sick_axis.gear(move |_, _, gear| {
+        if takes_gear.take() {
+            of_start = Some(gear);
+        }
+        of_start.unwrap_or(gear)
+    });
+}
 
 fn lowest_speed_above_the_highest_refused(d: &mut Deviations) {
     let highest = Rc::new(Cell::new(10_000));

@@ -19,6 +19,9 @@ pub const GROUP: Group = Group {
         "preset-bit-ends-with-the-preset" "Bit 12 of G1_ZSW falls in the frame after the preset, though the preset is still requested."
             "3.4.3, Table 15 bit 12: the bit is set to 0 on conclusion of the preset function"
             => |d| d.encoder.signals(|before, now| SignalImage { g1_zsw: now.g1_zsw & !(before.unhooked.g1_zsw & EXECUTED), ..now });
+        "acknowledgement-answered-in-one-frame" "Bit 11 of G1_ZSW is set in the first frame of an acknowledgement only."
+            "3.4.3, Table 15 bit 11 is silent about the end of the bit"
+            => |d| d.encoder.signals(|before, now| SignalImage { g1_zsw: now.g1_zsw & !(before.unhooked.g1_zsw & IN_PROCESS), ..now });
         "control-makes-a-preset-of-a-held-request" "A preset that is requested before Control by PLC is executed once control is given."
             "3.4.3, note to Table 14, names both bits and not their order"
             => |d| d.encoder.outputs(|view, _, arrived| change_words(arrived, |[stw2, g1]| {
@@ -82,6 +85,7 @@ pub const GROUP: Group = Group {
     },
 };
 
+const IN_PROCESS: u16 = 1 << 11;
 const EXECUTED: u16 = 1 << 12;
 const PARKED: u16 = 1 << 14;
 const ERROR: u16 = 1 << 15;

@@ -1,9 +1,12 @@
 //! What a PROFINET device may do, whatever the manual of the encoder says: the standard leaves it free.
 
 pub mod cyclic;
+pub mod description;
 pub mod discovery;
 pub mod identity;
+mod loss;
 pub mod path;
+pub mod ports;
 pub mod rpc;
 pub mod startup;
 mod state;

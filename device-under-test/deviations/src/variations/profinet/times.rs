@@ -69,11 +69,6 @@ pub static GROUPS: &[Group] = &[
                 "IEC 61158-6-10, ApplicationReady: the controller waits for it during the remote application timeout of 300 s"
                 => |d| d.late.sent(|topic| (topic == FrameTopic::Request(Opnum::CONTROL)).then_some(ms(400)));
 
-            // Alarms
-            "alarm-acknowledged-late" "An alarm PDU of the controller gets its transport acknowledgement after 60 ms."
-                "IEC 61158-6-10, RTATimeoutFactor: the shortest timeout is 100 ms"
-                => |d| d.late.sent(|topic| (topic == FrameTopic::AlarmAck).then_some(ms(60)));
-
             // Start
             "boots-fast" "The device answers 300 ms after power-up."
                 "the manuals print no minimum time from power-up to the first frame"
@@ -87,8 +82,11 @@ pub static GROUPS: &[Group] = &[
         },
     },
     Group {
-        needs: &[Need::Profinet, Need::Diagnosis],
+        needs: &[Need::Alarms],
         deviations: permitted! {
+            "alarm-acknowledged-late" "An alarm PDU of the controller gets its transport acknowledgement after 60 ms."
+                "IEC 61158-6-10, RTATimeoutFactor: the shortest timeout is 100 ms"
+                => |d| d.late.sent(|topic| (topic == FrameTopic::AlarmAck).then_some(ms(60)));
             "alarm-late" "An alarm is sent 150 ms after its cause."
                 "the standard and the manuals print no time from a fault to its alarm"
                 => |d| d.late.sent(|topic| (topic == FrameTopic::AlarmData).then_some(ms(150)));

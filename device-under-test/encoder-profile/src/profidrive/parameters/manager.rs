@@ -54,8 +54,12 @@ impl ParameterManager {
     fn response(&self, request: &ParameterRequest, parameters: &mut impl ParameterStore) -> ParameterResponse {
         let header = &request.header;
         let is_served = self.checks.check(EncoderCheck::Axis(header.do_id), self.serves_any_axis || header.do_id <= 1);
+        let is_served_at_once = self.checks.check(EncoderCheck::ParameterCount(request.addresses.len()), true);
         match header.id {
             RequestId::REQUEST | RequestId::CHANGE if !is_served => failed(request, ErrorNumber::NO_SUCH_AXIS),
+            RequestId::REQUEST | RequestId::CHANGE if !is_served_at_once => {
+                failed(request, ErrorNumber::SINGLE_PARAMETER_ONLY)
+            }
             RequestId::REQUEST => self.read(request, parameters),
             RequestId::CHANGE => self.change(request, parameters),
             _ => failed(request, ErrorNumber::UNKNOWN_REQUEST),

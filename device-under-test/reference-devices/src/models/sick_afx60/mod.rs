@@ -15,7 +15,7 @@ mod parameters;
 mod round_axis;
 mod sensor_status;
 mod service_log;
-mod start_record;
+pub mod start_record;
 #[cfg(test)]
 mod tests;
 

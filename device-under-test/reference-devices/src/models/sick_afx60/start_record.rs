@@ -15,7 +15,8 @@ use wire::octets::ByteReader;
 
 /// Record index.
 pub const RECORD: u16 = 0x1000;
-const OCTETS: usize = 17;
+/// Number of bytes.
+pub const OCTETS: usize = 17;
 
 /// The fields of the record, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,9 +1,12 @@
 //! Generated bench files load, whatever the station reports.
 
+use super::init::{FoundDevice, KnownDevice, choose_station, fitting_manual};
 use super::*;
-use results::bench_file::{read, read_alone};
+use ::live::discover::DiscoveredStation;
+use results::bench_file::{BenchFile, DeviceClaim, LinkSpec, read, read_alone};
 use rstest::rstest;
 use std::fs;
+use suite::model::Manual;
 use suite_yaml::load;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
@@ -19,6 +22,14 @@ fn found(last: u8, name: &str, ids: Option<(u16, u16)>) -> DiscoveredStation {
     }
 }
 
+/// The bench file of a station whose variants `left` are left.
+fn written(link: &LinkSpec, found: &DiscoveredStation, manuals: &[Manual], left: &[usize]) -> String {
+    let bench = BenchFile::bare(link.clone(), DeviceClaim { manual: String::new(), variant: String::new() });
+    let found = FoundDevice::Station(found.clone());
+    let known = fitting_manual(&found, manuals, None).map_err(|stop| stop.message).expect("no manual is named");
+    text::bench_file(&bench, &found, &KnownDevice { left: left.to_vec(), ..known }, None)
+}
+
 /// The text with commented-out keys enabled, so that proposed values are loaded too.
 fn proposals(text: &str) -> String {
     let keys = ["station_name:"];
@@ -32,7 +43,7 @@ fn proposals(text: &str) -> String {
 #[rstest]
 #[case("enc-1", Some((0x0239, 1)), "device: lika-xac77-profinet/xac7718\n", "\nstation_name: enc-1\n")]
 #[case("", Some((0x0239, 1)), "device: lika-xac77-profinet/xac7718\n", "\n# station_name: encoder-1\n")]
-#[case("x: [y]\n\u{1b}", Some((0x0239, 9)), "is it the right one?\ndevice: lika", "\n# station_name: encoder-1\n")]
+#[case("x: [y]\n\u{1b}", Some((0x0239, 9)), "is it the right one?\n# Its variant", "\n# station_name: encoder-1\n")]
 fn generated_bench_files_load(
     #[case] name: &str,
     #[case] ids: Option<(u16, u16)>,
@@ -46,7 +57,7 @@ fn generated_bench_files_load(
         [None, Some(IpParameter { address: [10, 1, 2, 3].into(), mask: [255, 255, 0, 0].into(), ..IpParameter::NONE })]
     {
         station_found.ip = ip;
-        let text = text(&link, &station_found, &find_fitting_manual(&station_found, &manuals));
+        let text = written(&link, &station_found, &manuals, &[0]);
         assert!(text.contains(device) && text.contains(station), "{text}");
         let path = std::env::temp_dir().join(format!("encspec-init-{}-{}.yaml", std::process::id(), name.len()));
         for text in [text.clone(), proposals(&text)] {
@@ -64,7 +75,7 @@ fn generated_bench_files_load(
 fn an_unknown_device_needs_a_description() {
     let manuals = load(&suites::sources(), None).expect("the shipped suites load");
     let unknown = found(1, "enc-1", Some((0x0493, 2)));
-    let text = text(&LinkSpec::Socket("/run/qemu".into()), &unknown, &find_fitting_manual(&unknown, &manuals));
+    let text = written(&LinkSpec::Socket("/run/qemu".into()), &unknown, &manuals, &[]);
     assert!(text.contains("\ndevice: none\ndescription: my-device.yaml\nlink: socket:/run/qemu\n"), "{text}");
     let path = std::env::temp_dir().join(format!("encspec-init-{}-none.yaml", std::process::id()));
     fs::write(&path, &text).expect("it can be written");

@@ -1,0 +1,93 @@
+//! The manual for a reference device with another description: what a GSDML or a bench file says of a live device, a variation says here.
+
+use super::dut::DutSpec;
+use deviations::{DescriptionChange, IdentMask, Place, StartLayout};
+use std::sync::Arc;
+use suite::device::{DeviceDescription, Origin, RecordField};
+use suite::model::Manual;
+
+/// Returns the manual with the description that the variations of `dut` give its device, without the compiled suites; `None` if they
+/// leave the description as it is. Like the overlay of a GSDML, it replaces only what the manual does not print.
+pub fn described(manual: &Manual, dut: &DutSpec) -> Option<Manual> {
+    if dut.variations().is_empty() {
+        return None;
+    }
+    let changes = dut.model().ok()?.description_changes(dut.variations().iter().map(String::as_str));
+    if changes.is_empty() {
+        return None;
+    }
+    let mut device = (*manual.device).clone();
+    for change in changes {
+        match change {
+            DescriptionChange::Idents(mask) => change_idents(&mut device, &manual.device, mask),
+            DescriptionChange::DeviceId(id) => {
+                if let Some(facts) = device.bus.profinet_mut().filter(|of| is_free(of.identity.device_id_origin)) {
+                    (facts.identity.device_id, facts.identity.device_id_origin) = (id, Origin::Description);
+                }
+            }
+            DescriptionChange::Ports(count) => {
+                let interface_and_ports = usize::from(count) + 1;
+                device.bus.profinet_mut().into_iter().for_each(|facts| facts.network.truncate(interface_and_ports));
+            }
+            DescriptionChange::Label(label, other) => {
+                let shown = device.pages.iter_mut().flat_map(|page| &mut page.shows);
+                shown.filter(|value| value.label == label).for_each(|value| other.clone_into(&mut value.label));
+            }
+            DescriptionChange::StartParameters(layout) => move_start_parameters(&mut device, &layout),
+        }
+    }
+    let (requirements, bugs) = (manual.requirements.clone(), manual.bugs.clone());
+    Some(Manual { device: Arc::new(device), requirements, bugs, variants: Vec::new(), unused: Vec::new() })
+}
+
+/// Whether neither the manual nor a description says what a value is, so that it may be another one.
+fn is_free(origin: Origin) -> bool {
+    origin == Origin::Invented
+}
+
+/// Changes the idents that are free in `before`; several masks may change them, one after the other.
+fn change_idents(device: &mut DeviceDescription, before: &DeviceDescription, mask: IdentMask) {
+    let submodules = device.submodules.iter_mut().zip(&before.submodules);
+    for (submodule, _) in submodules.filter(|(of, before)| of.slot != 0 && is_free(before.ident_origin)) {
+        submodule.ident ^= mask.submodule;
+        submodule.module_idents.iter_mut().flatten().for_each(|ident| *ident ^= mask.module);
+        submodule.ident_origin = Origin::Description;
+    }
+    device
+        .bus
+        .profinet_mut()
+        .into_iter()
+        .flat_map(|facts| &mut facts.network)
+        .for_each(|(_, ident)| *ident ^= mask.network);
+    let modules = device.modules.iter_mut().zip(&before.modules);
+    for (module, _) in modules.filter(|(_, before)| is_free(before.ident_origin)) {
+        if let Some(ident) = module.ident() {
+            module.take_ident(ident ^ mask.module);
+        }
+    }
+}
+
+/// Moves the fields of each start record that no manual prints to their places in `layout`.
+fn move_start_parameters(device: &mut DeviceDescription, layout: &StartLayout) {
+    for record in device.records.iter_mut().filter(|record| record.start && is_free(record.origin)) {
+        record.octets = layout.default.len();
+        record.template.clone_from(&layout.default);
+        record.origin = Origin::Description;
+        for field in &mut record.fields {
+            if let Some((_, other)) = layout.places.iter().find(|(own, _)| *own == place(field)) {
+                (field.octet, field.bits) = match *other {
+                    Place::Bytes(octet, _) => (octet, None),
+                    Place::Bit(octet, bit) => (octet, Some((bit, 1))),
+                };
+                field.origin = Origin::Description;
+            }
+        }
+    }
+}
+
+fn place(field: &RecordField) -> Place {
+    match field.bits {
+        Some((bit, _)) => Place::Bit(field.octet, bit),
+        None => Place::Bytes(field.octet, field.octets),
+    }
+}
