@@ -39,6 +39,15 @@ pub struct LinePiece {
     pub is_frame: bool,
 }
 
+/// A piece that waits for its delivery.
+struct ReceivedPiece {
+    begin: Time,
+    end: Time,
+    /// When it was found to be complete; later than its end if a silence ended it.
+    found: Time,
+    piece: LinePiece,
+}
+
 /// A frame, or damaged bytes, on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BusTransmission<'a> {
@@ -63,7 +72,7 @@ pub struct SerialBus {
     clock: Clock,
     /// The time last reported to the tap; it never goes back.
     last_reported: Time,
-    pieces: VecDeque<(Time, LinePiece)>,
+    pieces: VecDeque<ReceivedPiece>,
     /// When the incomplete piece began.
     piece_start: Option<Time>,
     last_octet: Time,
@@ -179,7 +188,8 @@ impl SerialBus {
 
     /// Waits for the next event, at most until `until`, and handles it: delivers one frame or wakes one station.
     ///
-    /// Received bytes are read before a station is woken. Each frame that a station sends is passed to `guard`; if it returns true
+    /// Received bytes are read before a station is woken. Bytes that only a silence ends are delivered when it is over: a deadline that
+    /// a station computes from them is not late because of the silence. Each frame that a station sends is passed to `guard`; if it returns true
     /// the frame is sent at once and passed to `tap`, which also gets everything received, including damaged bytes.
     ///
     /// Fails if the line is gone; the step may then have been done in part.
@@ -192,11 +202,11 @@ impl SerialBus {
     ) -> Result<WireStep, LinkError> {
         let break_off = self.now() + LONGEST_STEP;
         loop {
-            if let Some((begin, piece)) = self.pieces.pop_front() {
-                let end = self.report_time(self.last_octet);
+            if let Some(ReceivedPiece { begin, end, found, piece }) = self.pieces.pop_front() {
+                let end = self.report_time(end);
                 let (octets, is_frame) = (&piece.octets[..], piece.is_frame);
                 tap(BusTransmission { begin: begin.min(end), end, sender: None, octets, is_frame });
-                self.deliver(stations, (None, end), octets, guard, tap)?;
+                self.deliver(stations, (None, found), octets, guard, tap)?;
                 return Ok(WireStep::Worked);
             }
             self.read(stations)?;
@@ -242,11 +252,11 @@ impl SerialBus {
             self.last_octet = now;
             self.split.push(&self.input);
             while let Some(piece) = self.split.next_piece() {
-                self.queue_piece(piece);
+                self.queue_piece(piece, now);
             }
         } else if self.split.is_waiting() && now >= self.last_octet + self.silence() {
             while let Some(piece) = self.split.silence() {
-                self.queue_piece(piece);
+                self.queue_piece(piece, now);
             }
         }
         if !self.split.is_waiting() {
@@ -255,9 +265,10 @@ impl SerialBus {
         Ok(())
     }
 
-    fn queue_piece(&mut self, piece: LinePiece) {
-        let begin = self.piece_start.take().unwrap_or(self.last_octet);
-        self.pieces.push_back((begin, piece));
+    fn queue_piece(&mut self, piece: LinePiece, found: Time) {
+        let end = self.last_octet;
+        let begin = self.piece_start.take().unwrap_or(end);
+        self.pieces.push_back(ReceivedPiece { begin, end, found, piece });
         self.piece_start = self.split.is_waiting().then_some(self.last_octet);
     }
 

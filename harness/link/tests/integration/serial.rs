@@ -46,6 +46,7 @@ struct TimedSender {
     frames: Vec<(Time, Vec<u8>)>,
     carriers: usize,
     received: Vec<Vec<u8>>,
+    received_last: Time,
 }
 
 impl Station for TimedSender {
@@ -53,8 +54,9 @@ impl Station for TimedSender {
         self.carriers += 1;
     }
 
-    fn receive(&mut self, _now: Time, frame: &[u8], _out: &mut Outbox) {
+    fn receive(&mut self, now: Time, frame: &[u8], _out: &mut Outbox) {
         self.received.push(frame.to_vec());
+        self.received_last = now;
     }
 
     fn wake(&mut self, now: Time, out: &mut Outbox) {
@@ -147,6 +149,22 @@ fn bytes_that_are_not_a_frame_are_reported_as_damaged_after_a_silence() {
         control.write_all(&[1, 7]).expect("the line accepts them");
         run(&mut bus, &mut [&mut station], A_WHILE);
         assert_eq!(station.received, [vec![0xFF, 1, 2], vec![1, 7]]);
+    });
+}
+
+/// A deadline that follows from the delivery counts from the end of the silence; otherwise the host would seem to be late.
+#[test]
+fn bytes_that_a_silence_ends_are_delivered_after_it() {
+    retry_on_stall(|| {
+        let (mut bus, mut control) = bus();
+        let mut station = TimedSender::default();
+        control.write_all(&[3, 0xA]).expect("the line accepts them");
+        let until = bus.now() + A_WHILE;
+        let mut end = None;
+        let mut tap = |sent: BusTransmission<'_>| end = Some(sent.end);
+        while bus.step(&mut [&mut station], until, &mut |_| true, &mut tap).expect("it works") == WireStep::Worked {}
+        let silence = station.received_last.since(end.expect("they are reported"));
+        assert!(silence >= Duration::from_millis(20), "{silence:?}");
     });
 }
 
