@@ -20,9 +20,11 @@ pub enum OrderOperator {
 /// Whether `observed` is equal to `expected`; `None` if either is unknown or their types cannot be compared.
 ///
 /// `tolerance` is a number, a number of steps, or nanoseconds. `noise` is the bench's `position_noise`, 0 for values that do
-/// not depend on positions; it widens comparisons with and without a tolerance. Both are measured around the circle if both
-/// positions lie on it; a position outside its circle is compared as received and without tolerance.
+/// not depend on positions; it widens comparisons with and without a tolerance, but not those of a
+/// [code](CircularPosition::is_code). Both are measured around the circle if both positions lie on it; a position outside its circle is
+/// compared as received and without tolerance.
 pub fn equal(observed: &Value, expected: &Value, tolerance: Option<Number>, noise: u32) -> Option<bool> {
+    let noise = if is_code(observed) || is_code(expected) { 0 } else { noise };
     match (observed, expected) {
         (Value::Unknown, _) | (_, Value::Unknown) => None,
         (Value::Number(a), Value::Number(b)) => near(*a, *b, tolerance, noise),
@@ -49,9 +51,11 @@ pub fn equal(observed: &Value, expected: &Value, tolerance: Option<Number>, nois
 
 /// Whether `left` and `right` are in this order; `None` if either is unknown or they have no order.
 ///
-/// A position on its circle counts as every position up to `noise` steps around it, so noise never turns true into false. On an
+/// A position on its circle counts as every position up to `noise` steps around it, a [code](CircularPosition::is_code) as itself only,
+/// so noise never turns true into false. On an
 /// unknown circle noise may lead through 0, so that what it does not make true stays open.
 pub fn order(sign: OrderOperator, left: &Value, right: &Value, noise: u32) -> Option<bool> {
+    let noise = if is_code(left) || is_code(right) { 0 } else { noise };
     if noise > 0 && (is_on_unknown_circle(left) || is_on_unknown_circle(right)) {
         let straight = |value: &Value| {
             if is_on_unknown_circle(value) { value.as_whole().map(Value::whole) } else { Some(value.clone()) }
@@ -115,6 +119,10 @@ fn same_place(
 
 fn width(tolerance: Option<Number>, noise: u32) -> Option<Number> {
     tolerance.unwrap_or(Number::ZERO).plus(Number::whole(noise.into()))
+}
+
+fn is_code(value: &Value) -> bool {
+    matches!(value, Value::Place(CircularPosition { is_code: true, .. }))
 }
 
 fn is_on_unknown_circle(value: &Value) -> bool {

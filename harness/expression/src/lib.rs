@@ -12,7 +12,8 @@
 //!   circle is compared as received, but nothing can be added to it and it has no distance to another position. `<` and `>`
 //!   compare positions as numbers.
 //! - **Noise** widens `==`, `in`, `<` and `>` of positions and of distances between positions, and the change that `changes`
-//!   needs. `!=` is always the negation of `==`. A position outside its circle gets no noise.
+//!   needs. `!=` is always the negation of `==`. A position outside its circle gets no noise, nor does a
+//!   code that a device shows in place of a position.
 //! - **History.** `prev(x)` is the value of `x` in the previous image that carries `x`; frames and events without `x` leave it
 //!   unchanged. `changes(x)` is true only at the frame that carries the new value. Both are unknown after an image in which `x`
 //!   is unknown. `rises(c)` is `c and not (c in the previous observation)`, three-valued. `since(c)` is unknown until `c` was

@@ -43,6 +43,8 @@ pub struct CircularPosition {
     pub at: i128,
     /// The number of steps of the circle; `None` while the parameters that define it are unknown.
     pub range: Option<NonZeroU64>,
+    /// Whether it is a code that the device shows in place of a position, so that noise of the shaft does not change it.
+    pub is_code: bool,
 }
 
 impl CircularPosition {
@@ -59,7 +61,7 @@ impl CircularPosition {
     /// The position `by` steps further; `None` if this position does not lie on a known circle.
     pub fn moved(self, by: i128) -> Option<CircularPosition> {
         let steps = self.circle()?;
-        Some(CircularPosition { at: (self.at + by.rem_euclid(steps)) % steps, range: self.range })
+        Some(CircularPosition { at: (self.at + by.rem_euclid(steps)) % steps, ..self })
     }
 
     /// The shorter distance from `from` to this position in steps; `None` unless both lie on the same known circle.
@@ -84,7 +86,15 @@ impl Value {
     /// Makes the position `at` on a circle of `range` steps; a range below 1 or above 2^64 - 1 counts as unknown.
     pub fn place(at: impl Into<i128>, range: Option<i128>) -> Value {
         let range = range.and_then(|range| u64::try_from(range).ok()).and_then(NonZeroU64::new);
-        Value::Place(CircularPosition { at: at.into(), range })
+        Value::Place(CircularPosition { at: at.into(), range, is_code: false })
+    }
+
+    /// Makes a code of a position, see [`CircularPosition::is_code`].
+    pub fn as_code(self) -> Value {
+        match self {
+            Value::Place(place) => Value::Place(CircularPosition { is_code: true, ..place }),
+            other => other,
+        }
     }
 
     /// Makes a duration of `nanos` nanoseconds.

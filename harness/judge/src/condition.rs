@@ -6,7 +6,7 @@ use super::format::plain;
 use super::image::big_endian;
 use super::page;
 use super::view::NameView;
-use expression::{BytePattern, HistoryState, NameId, NameValues, OrderOperator, Program, Value};
+use expression::{BytePattern, CircularPosition, HistoryState, NameId, NameValues, OrderOperator, Program, Value};
 use results::outcome::JudgedPart;
 use suite::device::NameKind;
 use suite::model::{Condition, ConditionPart, Matcher, PartTest};
@@ -168,7 +168,7 @@ fn is_same_position(name: &str, (expected, observed): (&[u8], &[u8]), view: &Nam
     });
     let Some((name, shift)) = found else { return false };
     let (expected, observed) = (big_endian(expected), big_endian(observed));
-    let Value::Place(place) = view.value(name) else { return false };
+    let Value::Place(place @ CircularPosition { is_code: false, .. }) = view.value(name) else { return false };
     let same_rest = (expected ^ observed) & ((1 << shift) - 1) == 0;
     let expected = Value::place(expected >> shift, place.steps());
     let observed = Value::place(observed >> shift, place.steps());

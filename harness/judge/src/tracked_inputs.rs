@@ -291,8 +291,9 @@ fn leaves(name: NameId, view: &NameView<'_>, list: &mut Vec<(NameId, Inputs)>) {
     }
     let mut own = Inputs::default();
     let parts = match view.variant.names.get(name.0 as usize) {
-        Some(NameKind::Signal { signal, low, width, circle, .. }) => {
+        Some(NameKind::Signal { signal, low, width, circle, code_when, .. }) => {
             own.add_signal(*signal, *low, *width, view.image);
+            code_when.iter().for_each(|bit| own.add(*bit, view));
             circle.as_ref()
         }
         Some(NameKind::Derived(index)) => view.variant.derived.get(*index).map(|(_, program)| program),
@@ -338,8 +339,9 @@ impl Inputs {
     fn add(&mut self, name: NameId, view: &NameView<'_>) {
         let image = view.image;
         match view.variant.names.get(name.0 as usize) {
-            Some(NameKind::Signal { signal, low, width, circle, .. }) => {
+            Some(NameKind::Signal { signal, low, width, circle, code_when, .. }) => {
                 self.add_signal(*signal, *low, *width, image);
+                code_when.iter().for_each(|bit| self.add(*bit, view));
                 circle.iter().flat_map(Program::names).for_each(|name| self.add(name, view));
             }
             Some(NameKind::OutputOctets(of)) => {

@@ -241,12 +241,16 @@ impl NameView<'_> {
 
     fn known(&self, name: NameId) -> Option<Value> {
         Some(match self.kind(name)? {
-            NameKind::Signal { signal, low, width, signed, field, circle, shift } => {
+            NameKind::Signal { signal, low, width, signed, field, circle, code_when, shift } => {
                 let number = bits(self.image.signal(*signal)?, *low, *width, *signed);
                 let field = field.and_then(|field| self.device.signals.get(*signal)?.fields.get(field));
                 let Some(number) = steps(number, *shift) else { return Some(fraction(number, *shift)) };
                 match circle {
-                    Some(circle) => Value::place(number, self.compute(name, circle).as_whole()),
+                    Some(circle) => {
+                        let place = Value::place(number, self.compute(name, circle).as_whole());
+                        let is_code = code_when.is_some_and(|bit| self.truth(bit) == Some(true));
+                        if is_code { place.as_code() } else { place }
+                    }
                     None => typed(number, field),
                 }
             }

@@ -260,6 +260,8 @@ pub struct DeviceSignal {
     pub origin: Origin,
     /// Expression for the size of the circle, if the signal is a position; compiled for each variant by the loader.
     pub position_in: Option<String>,
+    /// The bit that is set while the device shows a code in place of the position, as `SIGNAL.FIELD`.
+    pub code_when: Option<String>,
     /// Left shift of the value in bits, for each variant.
     pub shift: Vec<u32>,
     /// Bits and bit groups.
@@ -454,6 +456,8 @@ pub enum NameKind {
         field: Option<usize>,
         /// Program for the size of the circle, if it is a position.
         circle: Option<Program>,
+        /// The bit that is set while it is a code and no position.
+        code_when: Option<NameId>,
         /// Left shift of the value in bits.
         shift: u32,
     },

@@ -195,6 +195,21 @@ fn is_caught(manual: &Manual, variant: &SuiteVariant, bug: &Bug, combination: &[
     catching.into_iter().any(fails) || (catching_rules().any(|catches| catches) && others.into_iter().any(fails))
 }
 
+/// Each of these bugs changes an error code by one; a shaft that is not still must not hide it.
+#[test]
+fn codes_are_compared_exactly_while_the_position_flickers() {
+    for (device, bug) in [
+        ("sick-afx60-profinet", "commissioning-with-own-code"),
+        ("sick-a3m60-profibus", "error-needs-request"),
+        ("kuebler-sendix58xx-profinet", "error-codes-combined"),
+    ] {
+        let manual = manuals().iter().find(|manual| manual.device.name == device).expect("a built-in manual");
+        let bug = manual.bugs.iter().find(|known| known.name == bug).expect("a bug of it");
+        let caught = manual.variants.iter().any(|variant| is_caught(manual, variant, bug, &["position-flickers"]));
+        assert!(caught, "{device} --bug {}", bug.name);
+    }
+}
+
 #[test]
 fn each_permitted_variation_changes_a_frame() {
     let each = manuals().iter().flat_map(|manual| permitted(manual).into_iter().map(move |name| (manual, name)));

@@ -149,6 +149,28 @@ fn every_comparison_of_a_position_gets_the_noise(
     assert_eq!(program.truth(&ObservedValues::now(&observed).noise(2), &HistoryState::default()), expected);
 }
 
+/// Where G1_XIST2 shows an error code, the shaft does not move it.
+#[rstest]
+#[case("position == 0x1001", F)]
+#[case("position != 0x1001", T)]
+#[case("position == 0x1002", T)]
+#[case("position == 0x1001 +/- 1", T)]
+#[case("position in [0, 0x1001, 0x1003]", F)]
+#[case("position == before", F)]
+#[case("before == position", F)]
+#[case("position >= 0x1003", F)]
+#[case("position > 0x1002", F)]
+#[case("0x1001 >= position", F)]
+#[case("0x1002 >= position", T)]
+fn noise_does_not_change_a_code(#[case] text: &str, #[case] expected: Option<bool>) {
+    for range in [Some(8000), None] {
+        let observed = [("position", Value::place(0x1002, range).as_code()), ("before", Value::place(0x1001, range))];
+        let program = condition(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        let noisy = ObservedValues::now(&observed).noise(2);
+        assert_eq!(program.truth(&noisy, &HistoryState::default()), expected, "{range:?}");
+    }
+}
+
 /// The range is that of parameters that were not sent.
 #[rstest]
 #[case("position == 100", 102, T)]

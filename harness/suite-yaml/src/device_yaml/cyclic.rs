@@ -21,10 +21,11 @@ key_set! {
         width must Numbers(&[8, 16, 32, 64]), "In bits: 8, 16, 32 or 64.";
         signed may Flag, "It is a two's complement.";
         position_in may Name, "The size of the circle on which it is a place.";
+        code_when may Name, "The bit that is set while the device shows a code in place of the position: codes are compared without `position_noise`.";
         shift may PerVariant(&Whole(0, 63)), "By how many bits it stands further left than its lowest step, one number or one for each variant; its name speaks in steps.";
         fields may NonEmptyMap(&Bits), "Its bits and groups of bits, counted as they are on the wire.";
         from_source may Word(&ORIGINS), "Where it comes from if the manual does not print it.";
-    }
+    } [With(&[&code_when], &position_in)]
 }
 
 key_set! {
@@ -64,6 +65,21 @@ key_set! {
         submodules must NonEmpty(&Name), "Its submodules.";
         from_source may Word(&ORIGINS), "Where its ident comes from if the manual does not print it.";
     }
+}
+
+/// Whether the value of `code_when` is a bit that the device sends.
+fn code_bit(node: &Node, signals: &[DeviceSignal]) -> Read<()> {
+    let text = node.text("a bit")?;
+    let named = text.split_once('.').is_some_and(|(name, field)| {
+        let sent = signals.iter().filter(|signal| signal.from == SignalSender::Device && signal.name == name);
+        sent.flat_map(|signal| &signal.fields).any(|of| of.name == field && of.width == 1)
+    });
+    if named {
+        return Ok(());
+    }
+    Err(node
+        .wrong(format!("`{text}` is no bit that the device sends"))
+        .help("write SIGNAL.FIELD of a field with one bit"))
 }
 
 /// What goes over the wire of a device in a connection and at its start.
@@ -115,6 +131,10 @@ impl<'n> DeviceReader<'n> {
             let signal = self.signal(name, node);
             signals.extend(self.mistakes.keep(signal));
         }
+        for (_, node) in self.entries(&device::signals) {
+            let bit = Keyed::new(node, &signal::KEYS).ok().and_then(|keyed| keyed.get(&signal::code_when));
+            self.mistakes.keep(bit.map_or(Ok(()), |bit| code_bit(bit, &signals)));
+        }
         signals
     }
 
@@ -145,9 +165,10 @@ impl<'n> DeviceReader<'n> {
             Some(node) => self.fields(node, bits, name)?,
         };
         let position_in = position_in.map(|(_, text)| text.to_owned());
+        let code_when = keyed.get(&signal::code_when).map(|node| plain(node, "a bit")).transpose()?.map(str::to_owned);
         let shift = self.shift(keyed, from, bits, signed)?;
         let (name, origin) = (name.to_owned(), origin(keyed, &signal::from_source)?);
-        Ok(DeviceSignal { name, from, width: bits, signed, origin, position_in, shift, fields })
+        Ok(DeviceSignal { name, from, width: bits, signed, origin, position_in, code_when, shift, fields })
     }
 
     /// By how many bits the number of a signal stands further left than its lowest step, for each variant.

@@ -83,6 +83,10 @@ impl Names<'_> {
                 Some(number) => Type::Place(Circle(number as u32)),
                 None => Type::whole(signal.width - shift, signal.signed),
             };
+            let code_when = match signal.code_when.as_ref().map(|bit| self.find(bit)) {
+                Some(Some(Ok(bit))) => Some(bit.id),
+                _ => None,
+            };
             let kind = NameKind::Signal {
                 signal: index,
                 low: 0,
@@ -90,6 +94,7 @@ impl Names<'_> {
                 signed: signal.signed,
                 field: None,
                 circle,
+                code_when,
                 shift,
             };
             return Some(Ok((kind, ty, verbs)));
@@ -107,6 +112,7 @@ impl Names<'_> {
             signed: of.signed,
             field: Some(field),
             circle: None,
+            code_when: None,
             shift: 0,
         };
         Some(Ok((kind, field_type(of.table.as_ref(), of.width, of.signed), verbs)))
