@@ -126,6 +126,10 @@ impl Follower {
                 self.image.record(device, slot, subslot, index, data, status.is_ok());
                 None
             }
+            Observation::RecordRequested { target: (_, slot, subslot, index), .. } => {
+                self.image.record_requested(device, *slot, *subslot, *index);
+                None
+            }
             Observation::Alarm { notification, .. } => self.happened(CurrentEvent::Alarm(alarm(notification)), event),
             Observation::Aborted { direction, status, .. } => {
                 let code = u32::from(*status);

@@ -316,14 +316,22 @@ impl ConnectionImage {
         data: &[u8],
         accepted: bool,
     ) {
-        let found = device.records.iter().position(|record| {
-            let at = &device.submodules[record.at];
-            record.start && record.index == index && (at.slot, at.subslot) == (slot, subslot)
-        });
-        if let Some(known) = found.and_then(|found| self.records.get_mut(found)) {
-            let is_known =
-                found.and_then(|found| device.records.get(found)).is_some_and(|of| has_known_layout(of, data));
-            *known = (accepted && is_known).then(|| data.to_vec());
+        if let Some(found) = start_record(device, slot, subslot, index) {
+            let is_known = device.records.get(found).is_some_and(|of| has_known_layout(of, data));
+            self.set_record(found, (accepted && is_known).then(|| data.to_vec()));
+        }
+    }
+
+    /// Notes that a start record is being written: until the answer, the active values are unknown.
+    pub fn record_requested(&mut self, device: &DeviceDescription, slot: u16, subslot: u16, index: u16) {
+        if let Some(found) = start_record(device, slot, subslot, index) {
+            self.set_record(found, None);
+        }
+    }
+
+    fn set_record(&mut self, found: usize, data: Option<Vec<u8>>) {
+        if let Some(known) = self.records.get_mut(found) {
+            *known = data;
             self.took_over(None);
             self.parameters = self.version;
         }
@@ -586,6 +594,14 @@ impl ConnectionImage {
         let octets = self.records.get(record)?.as_ref()?;
         field_number(field, octets)
     }
+}
+
+/// The start record at this place, as an index into `records`.
+fn start_record(device: &DeviceDescription, slot: u16, subslot: u16, index: u16) -> Option<usize> {
+    device.records.iter().position(|record| {
+        let at = &device.submodules[record.at];
+        record.start && record.index == index && (at.slot, at.subslot) == (slot, subslot)
+    })
 }
 
 /// Whether the places of start parameters are known: where encspec chose them and the device was sent another number of bytes, they are

@@ -108,7 +108,7 @@ impl<'a> Events<'a> {
                 let record = format!("record 0x{index:04X} of slot {slot} subslot 0x{subslot:04X}");
                 self.add(kind, format!("{by} refuses {verb} {record}: {}", words(status)));
             }
-            Observation::Record { .. } => {}
+            Observation::Record { .. } | Observation::RecordRequested { .. } => {}
             Observation::ParameterEnd { ar: id } => {
                 self.add(EventKind::ParameterEnd, format!("{} accepted the end of the parameters", device(ar(id))));
             }

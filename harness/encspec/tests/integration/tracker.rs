@@ -29,7 +29,7 @@ fn observed(line: &ConnectionFrames) -> (Tracker, Vec<String>) {
                     cyclic += 1;
                     return;
                 }
-                Observation::Traffic(_) => return,
+                Observation::Traffic(_) | Observation::RecordRequested { .. } => return,
                 _ => {}
             }
             if cyclic > 0 {
@@ -58,6 +58,7 @@ fn word(ars: &[ObservedAr], observation: &Observation<'_>) -> String {
             let by = if ar.is_some() { "" } else { " implicit" };
             format!("{verb}{by} {slot}/{subslot} {index:04x} {data:02x?} {:08x}", u32::from(*status))
         }
+        Observation::RecordRequested { .. } => "record requested".into(),
         Observation::ParameterEnd { .. } => "parameter end".into(),
         Observation::ApplicationReady { .. } => "ready".into(),
         Observation::Alarm { notification, .. } => format!("alarm {}", notification.specifier.sequence_number()),

@@ -154,6 +154,13 @@ pub enum Observation<'a> {
         data: &'a [u8],
         status: PnioStatus,
     },
+    /// The controller wants to write a record; until the answer is there, the device may have taken it or not. A repetition is reported
+    /// again.
+    RecordRequested {
+        ar: ArId,
+        /// API, slot, subslot and index.
+        target: (u32, u16, u16, u16),
+    },
     /// The device accepted PrmEnd.
     ParameterEnd { ar: ArId },
     /// The device sent ApplicationReady.
@@ -223,6 +230,7 @@ impl Observation<'_> {
             | Observation::Connected { ar }
             | Observation::ConnectRefused { ar, .. }
             | Observation::ParameterEnd { ar }
+            | Observation::RecordRequested { ar, .. }
             | Observation::ApplicationReady { ar }
             | Observation::Alarm { ar, .. }
             | Observation::AlarmAcknowledged { ar, .. }

@@ -75,7 +75,7 @@ impl Tracker {
         let asked = match header.opnum {
             Opnum::CONNECT => self.connect_request(received, header, blocks),
             Opnum::READ | Opnum::READ_IMPLICIT => self.read_request(received, header, blocks),
-            Opnum::WRITE => self.write_request(received, header, blocks),
+            Opnum::WRITE => self.write_request(received, header, blocks, sink),
             Opnum::CONTROL | Opnum::RELEASE => self.control_request(received, header, blocks, sink),
             _ => Ok(CallService::Nothing),
         };
@@ -117,14 +117,20 @@ impl Tracker {
         received: &ReceivedFrame<'_>,
         header: &RpcHeader,
         blocks: &[u8],
+        sink: Sink<'_>,
     ) -> Result<CallService, WireError> {
         let request = WriteRequest::parse(blocks)?;
         let ar = self.connection(request.header.ar_uuid, received, header, FrameDirection::ToDevice);
         let several = request.records().transpose()?;
-        Ok(match several {
-            Some(records) => CallService::Write(ar, records, true),
-            None => CallService::Write(ar, vec![request], false),
-        })
+        let is_several = several.is_some();
+        let records = several.unwrap_or_else(|| vec![request]);
+        if let Some(ar) = ar {
+            for WriteRequest { header, .. } in &records {
+                let target = (header.api, header.slot_number, header.subslot_number, header.index);
+                sink(&self.ars, Observation::RecordRequested { ar, target });
+            }
+        }
+        Ok(CallService::Write(ar, records, is_several))
     }
 
     fn control_request(
