@@ -1,7 +1,8 @@
 //! The hooks of a device to which the deviations of the tables are attached.
 //!
 //! A deviation without state is a closure at one hook: `d.encoder.image(|before, image| ..)`. A deviation with state implements the
-//! hook trait itself and is added: `d.encoder.add(..)`. Several deviations at one hook act in the order in which they were added.
+//! hook trait itself and is added: `d.encoder.add(..)`. Several deviations at one hook act in the order in which they were added; what
+//! happens to frames on their way acts after all of them.
 
 /// Defines a list of deviations that implements the hooks of one part of a device, with one method per hook.
 ///
@@ -11,22 +12,31 @@ macro_rules! hooks {
     ($list:ident: $hooks:ident $($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $(-> $value:ty)?;)*) => {
         #[doc = concat!("The deviations at [`", stringify!($hooks), "`].")]
         #[derive(Default)]
-        pub struct $list(alloc::vec::Vec<alloc::boxed::Box<dyn $hooks>>);
+        pub struct $list {
+            deviations: alloc::vec::Vec<alloc::boxed::Box<dyn $hooks>>,
+            /// Act after all others.
+            last: alloc::vec::Vec<alloc::boxed::Box<dyn $hooks>>,
+        }
 
         impl $list {
             /// Adds a deviation that has state or uses several hooks.
             pub fn add(&mut self, deviation: impl $hooks + 'static) {
-                self.0.push(alloc::boxed::Box::new(deviation));
+                self.deviations.push(alloc::boxed::Box::new(deviation));
+            }
+
+            /// Adds a deviation that acts after all others, also those that are added later.
+            pub fn add_last(&mut self, deviation: impl $hooks + 'static) {
+                self.last.push(alloc::boxed::Box::new(deviation));
             }
 
             /// Adds a deviation that acts before all others.
             pub fn add_first(&mut self, deviation: impl $hooks + 'static) {
-                self.0.insert(0, alloc::boxed::Box::new(deviation));
+                self.deviations.insert(0, alloc::boxed::Box::new(deviation));
             }
 
             /// The handle that a device is built with.
             pub fn attached(self) -> device_stack::Attached<dyn $hooks> {
-                if self.0.is_empty() {
+                if self.deviations.is_empty() && self.last.is_empty() {
                     device_stack::Attached::NONE
                 } else {
                     device_stack::Attached::new(alloc::rc::Rc::new(core::cell::RefCell::new(self)))
@@ -67,7 +77,7 @@ macro_rules! hook {
     };
     ($name:ident($($argument:ident: $type:ty),*) -> $value:ty { all }) => {
         fn $name(&mut self, $($argument: $type,)* mut value: $value) -> $value {
-            for deviation in &mut self.0 {
+            for deviation in self.deviations.iter_mut().chain(&mut self.last) {
                 value = deviation.$name($($argument,)* value);
             }
             value
@@ -75,7 +85,7 @@ macro_rules! hook {
     };
     ($name:ident($($argument:ident: $type:ty),*) { all }) => {
         fn $name(&mut self, $($argument: $type),*) {
-            for deviation in &mut self.0 {
+            for deviation in self.deviations.iter_mut().chain(&mut self.last) {
                 deviation.$name($($argument),*);
             }
         }

@@ -112,6 +112,19 @@ impl Stack {
         self.sent_frame(move |_, frame| change_lldp(frame, &mut change));
     }
 
+    /// Changes each frame that the device sends on its way to the controller, as a switch or an adapter does.
+    pub fn on_the_way(&mut self, change: impl FnMut(&mut Vec<u8>) + 'static) {
+        struct OnTheWay<F>(F);
+
+        impl<F: FnMut(&mut Vec<u8>)> StackHooks for OnTheWay<F> {
+            fn sent_frame(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+                (self.0)(frame);
+            }
+        }
+
+        self.add_last(OnTheWay(change));
+    }
+
     /// Changes each cyclic frame that the stack sends, starting at its frame ID.
     pub fn inputs(&mut self, mut change: impl FnMut(&mut [u8]) + 'static) {
         self.sent_frame(move |_, frame| {

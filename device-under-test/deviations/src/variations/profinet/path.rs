@@ -12,20 +12,20 @@ pub static GROUPS: &[Group] = &[Group {
     deviations: permitted! {
         "tag-stripped" "The VLAN tag of each frame is stripped on its way."
             "IEEE 802.1Q: a bridge may remove the priority tag; IEC 61158-6-10: a receiver accepts both"
-            => |d| d.stack.sent_frame(|_, frame| untagged(frame));
+            => |d| d.stack.on_the_way(|frame| untagged(frame));
         "trailer-of-four-bytes" "Each frame has four more bytes after its contents, as with an adapter that passes on the checksum."
             "IEEE 802.3: what follows the length of the contents is ignored"
-            => |d| d.stack.sent_frame(|_, frame| {
+            => |d| d.stack.on_the_way(|frame| {
                 if !frame.is_empty() {
                     frame.extend([0xDE, 0xAD, 0xBE, 0xEF]);
                 }
             });
         "padding-not-zero" "The padding of short frames has other bytes than 0."
             "IEEE 802.3, 3.2.7: the contents of the padding are not specified"
-            => |d| d.stack.sent_frame(|_, frame| pad_with(frame, 0xA5));
+            => |d| d.stack.on_the_way(|frame| pad_with(frame, 0xA5));
         "dcp-tagged" "DCP frames carry a priority tag."
             "IEC 61158-6-10, DCP-PDU: with or without a VLAN tag"
-            => |d| d.stack.sent_frame(|_, frame| {
+            => |d| d.stack.on_the_way(|frame| {
                 let is_dcp = matches!(FrameTopic::of(frame), FrameTopic::Identify | FrameTopic::Dcp(_));
                 if is_dcp && let Ok((header, _)) = FrameHeader::parse(frame) && header.tag.is_none() {
                     frame.splice(12..12, EtherType::VLAN.0.to_be_bytes().into_iter().chain([0x00, 0x00]));
