@@ -79,6 +79,7 @@ impl BenchTimes {
                 known.iter_mut().filter(|known| known.name == *name).for_each(|known| known.value = value.clone());
             }
         }
+        timing.hold_beyond_reactions();
     }
 }
 

@@ -16,7 +16,11 @@ pub const STANDARD_TIMES: [(&str, u64, &str); 14] = [
     ("start", 10_000, "From Connect to the first good sample."),
     ("power_up", 10_000, "From power to an answer."),
     ("neighbours", 15_000, "From a start to the next LLDP frame."),
-    ("hold", 50, "How long something is observed that would go wrong within a few cycles."),
+    (
+        "hold",
+        150,
+        "How long something is observed that must not change; one and a half times `reaction` at least, since what is wrong may come as late.",
+    ),
     ("long_hold", 500, "How long something is observed that would go wrong after a while."),
     ("pause", 200, "Between two actions."),
     ("long_pause", 2000, "For whatever the device does by itself after an action."),
@@ -74,6 +78,18 @@ impl DeviceTiming {
     /// The default deadline of expectations.
     pub fn reaction(&self) -> Duration {
         self.time("reaction")
+    }
+
+    /// Makes `hold` one and a half times as long as a reaction, at least: a wrong reaction may come as late as a right one, and what is
+    /// observed for a shorter time would miss it.
+    pub fn hold_beyond_reactions(&mut self) {
+        let least = self.reaction() * 3 / 2;
+        if self.time("hold") < least
+            && let Some(hold) = self.ours.iter_mut().find(|known| known.name == "hold")
+            && matches!(hold.value, Value::Time(_))
+        {
+            hold.value = Value::nanos(i128::try_from(least.as_nanos()).unwrap_or(i128::MAX));
+        }
     }
 
     /// From Connect to the first good sample, at most.
