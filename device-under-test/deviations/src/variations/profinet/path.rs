@@ -12,7 +12,7 @@ pub static GROUPS: &[Group] = &[Group {
     deviations: permitted! {
         "tag-stripped" "The VLAN tag of each frame is stripped on its way."
             "IEEE 802.1Q: a bridge may remove the priority tag; IEC 61158-6-10: a receiver accepts both"
-            => |d| d.stack.on_the_way(|frame| untagged(frame));
+            => |d| d.stack.on_the_way(untagged);
         "trailer-of-four-bytes" "Each frame has four more bytes after its contents, as with an adapter that passes on the checksum."
             "IEEE 802.3: what follows the length of the contents is ignored"
             => |d| d.stack.on_the_way(|frame| {
