@@ -110,7 +110,8 @@ impl TimeWindow {
         Some(self.became_true?.since(self.opened))
     }
 
-    /// Converts it to the window of a `then`: an unknown condition leaves the rule undecided.
+    /// Converts it to the window of a `then`: an unknown condition leaves the rule undecided, and only a sample after the deadline shows
+    /// that the condition is late. A device that was switched off, or whose frames are lost, is not accused of an old value.
     #[must_use]
     pub fn of_rule(self) -> TimeWindow {
         TimeWindow { unknown_is_late: false, ..self }
@@ -181,6 +182,7 @@ impl TimeWindow {
     }
 
     fn waiting(&self, tick: JudgeTick, truth: Truth, end: Truth) -> WindowPhase {
+        let is_sample = matches!(tick.kind, TickKind::Sample | TickKind::BadSample);
         let decides = match tick.kind {
             TickKind::Sample | TickKind::BadSample => self.next_sample_decides,
             TickKind::Event => self.next_event_decides,
@@ -197,8 +199,10 @@ impl TimeWindow {
         if decides {
             return WindowPhase::Done(self.unless_unknown(truth, WindowOutcome::Late(Some(tick))));
         }
-        if !self.next_sample_decides && tick.time > self.last_chance {
-            return WindowPhase::Done(self.unless_unknown(self.last_truth, WindowOutcome::Late(Some(tick))));
+        if !self.next_sample_decides && tick.time > self.last_chance && (self.unknown_is_late || is_sample) {
+            return WindowPhase::Done(
+                self.unless_unknown(self.last_truth, WindowOutcome::Late(self.last.or(Some(tick)))),
+            );
         }
         WindowPhase::Waiting
     }
@@ -248,7 +252,7 @@ impl TimeWindow {
     /// Advances time without a tick: a deadline may expire, a hold may be complete or starve.
     pub fn time(&mut self, now: Time) -> WindowOutcome {
         self.phase = match self.phase {
-            WindowPhase::Waiting if !self.next_sample_decides && now > self.last_chance => {
+            WindowPhase::Waiting if self.unknown_is_late && !self.next_sample_decides && now > self.last_chance => {
                 WindowPhase::Done(self.unless_unknown(self.last_truth, WindowOutcome::Late(self.last)))
             }
             WindowPhase::Holding { last_sample, .. } if now.since(last_sample) > self.watchdog => {
@@ -270,7 +274,7 @@ impl TimeWindow {
     /// The next time at which [`TimeWindow::time`] may decide something.
     pub fn wake(&self) -> Option<Time> {
         match self.phase {
-            WindowPhase::Waiting if self.next_sample_decides => None,
+            WindowPhase::Waiting if self.next_sample_decides || !self.unknown_is_late => None,
             WindowPhase::Waiting => Some(self.last_chance + TIME_STEP),
             WindowPhase::Holding { last_sample, .. } => Some(last_sample + self.watchdog + TIME_STEP),
             WindowPhase::Done(_) => None,
@@ -329,13 +333,32 @@ mod tests {
             for (mut window, expected) in [(within(10, Stay::No), case), (within(10, Stay::No).of_rule(), rule)] {
                 window.tick(at(2, TickKind::BadSample), observed[0], Truth::False);
                 window.tick(at(4, TickKind::BadSample), observed[1], Truth::False);
-                assert_eq!(window.clone().time(late), expected);
+                assert_eq!(
+                    window.clone().time(late),
+                    if window.unknown_is_late { expected } else { WindowOutcome::Open }
+                );
                 let frame = at(11, TickKind::Sample);
                 let by_frame = window.tick(frame, Truth::True, Truth::False);
                 assert_eq!(by_frame == WindowOutcome::Undecided, expected == WindowOutcome::Undecided);
                 assert_ne!(by_frame, WindowOutcome::Held);
             }
         }
+    }
+
+    /// The last sample is older than the deadline: the device may have been switched off since, or its frames are lost.
+    #[test]
+    fn without_a_sample_after_the_deadline_a_case_is_late_and_a_rule_is_undecided() {
+        let (before, after) = (at(8, TickKind::Sample), at(14, TickKind::Sample));
+        let mut case = within(10, Stay::No);
+        let mut rule = within(10, Stay::No).of_rule();
+        for window in [&mut case, &mut rule] {
+            window.tick(before, Truth::False, Truth::False);
+        }
+        let late = Time::ZERO + Duration::from_millis(12);
+        assert_eq!(case.time(late), WindowOutcome::Late(Some(before)));
+        assert_eq!(rule.time(late), WindowOutcome::Open);
+        assert_eq!(rule.clone().cut(), WindowOutcome::Undecided);
+        assert_eq!(rule.tick(after, Truth::False, Truth::False), WindowOutcome::Late(Some(before)));
     }
 
     #[test]
