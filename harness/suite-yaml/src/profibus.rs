@@ -74,6 +74,20 @@ impl StepScope<'_, '_> {
         Ok((AcyclicService::Dp(service), RequestKind::Whole(Refuser::Dp)))
     }
 
+    /// How often the frames of a service are sent again: they need a frame count bit, and a station that stays where it is.
+    pub(super) fn repeats(&self, node: &Node, service: &AcyclicService) -> Read<u8> {
+        let why = match service {
+            AcyclicService::Dp(DpService::FdlStatus | DpService::GlobalControl { .. }) => {
+                "this service has no frame count bit"
+            }
+            AcyclicService::Dp(DpService::SetSlaveAddress { .. }) => "the device has another address after this service",
+            AcyclicService::Dp(_) => return self.number(node, "a number of repetitions"),
+            AcyclicService::Broken(_) => "a damaged frame is sent once",
+            _ => "`repeats` exists on PROFIBUS only",
+        };
+        Err(node.wrong(why).help("leave `repeats` out"))
+    }
+
     fn bit(&self, node: &Node) -> Read<bool> {
         match self.number::<u8>(node, "a bit")? {
             0 => Ok(false),

@@ -12,7 +12,7 @@ use super::source::{Files, Sources};
 use super::start::merged;
 use super::topic_keys::{exchanged, turn};
 use super::verbs::{
-    VERBS, VerbWord, block_step, connect_step, either_step, expect_step, procedure_step, read_step, word_of, write_step,
+    VERBS, VerbWord, block_step, connect_step, either_step, expect_step, procedure_step, read_step, send_step, word_of, write_step,
 };
 use super::yaml::{Node, NodeKind};
 use expression::{Allow, Program, Type};
@@ -259,7 +259,9 @@ impl<'f, 'm> StepContext<'f, 'm> {
                         .help("leave `answer` out, and judge what the device does next"));
                 }
                 let answer = answer.map(|node| frame.answer(node, asked)).transpose()?;
-                Verb::Send { service, answer, second, to: by.to }
+                let repeats = keyed.get(&send_step::repeats);
+                let repeats = repeats.map_or(Ok(0), |repeats| frame.repeats(repeats, &service))?;
+                Verb::Send { service, answer, second, to: by.to, repeats }
             }
             VerbWord::Expect => {
                 let condition = frame.checks(value)?;

@@ -103,6 +103,7 @@ key_set! {
         answer may Answer, "The right answer; by default the service is carried out.";
         r#as may Only("second"), "The second controller or master acts.";
         to may Scalar, "The addressed station where it is not the device (PROFIBUS).";
+        repeats may Whole(1, 100), "How often each frame is sent again with the same frame count bit; each time the first answer is right (PROFIBUS).";
         covers may Covers, "The requirements that this step covers by itself.";
         about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
     } [NotBoth(&covers, &about)]

@@ -1,6 +1,7 @@
 //! Medium access of the master: its state and what it waits for.
 
 use super::message::DpMessage;
+use super::repetition::FrameRepetition;
 use station::Time;
 use wire::profibus::fdl::FrameCount;
 
@@ -43,6 +44,8 @@ pub(super) struct PendingTransfer {
     pub until: Time,
     /// An invalid frame that came instead of an answer.
     pub unfit: Option<super::outcome::DataLinkAnswer>,
+    /// Set while the frame is sent again although it was answered.
+    pub repetition: Option<FrameRepetition>,
 }
 
 /// The receiver of the answer.

@@ -100,11 +100,21 @@ impl MasterJob {
             MasterRequest::Parameter { to, slot, request } => {
                 Ok(MasterJob::Parameter(ParameterJob::new(now, pace, to, slot, request)))
             }
+            MasterRequest::Repeated { .. } => Err(MasterOutcome::Impossible("a request is repeated once")),
             MasterRequest::Raw(octets) => Ok(MasterJob::Raw { octets, since: now }),
             MasterRequest::Broken { to, broken } => {
                 let octets = broken::frame(settings.address, to, broken);
                 Ok(MasterJob::Damaged { octets, request: broken::request(to, broken), since: now })
             }
+        }
+    }
+
+    /// Whether its frames can be sent again: each has an answer, after which the station is where it was.
+    pub fn is_repeatable(&self) -> bool {
+        match self {
+            MasterJob::Single(message, _) => message.is_counted(),
+            MasterJob::Record(_) => true,
+            _ => false,
         }
     }
 

@@ -6,6 +6,7 @@ use super::exchange::{ExchangeSample, SlaveExchange};
 use super::job::{MasterJob, MasterJobStep};
 use super::message::{DpMessage, FrameCountBits};
 use super::outcome::{ConnectionState, DataLinkAnswer, MasterOutcome, SlaveConnectionEnd, SlaveReleaseOutcome};
+use super::repetition::Repetition;
 use super::request::{MasterBusy, MasterRequest, MasterSettings};
 use super::ring::LogicalRing;
 use super::{OUTPUT_SLOT, OUTPUT_SUBSLOT};
@@ -22,6 +23,9 @@ use wire::profibus::sap::SlaveSap;
 /// Shortest time between two DP-V1 polls.
 const POLL: Duration = Duration::from_millis(1);
 
+/// The outcome of a request that cannot be repeated.
+const NOT_REPEATABLE: MasterOutcome = MasterOutcome::Impossible("this request cannot be sent again");
+
 /// How many answers that do not fit are kept.
 pub(super) const MOST_MISFITS: usize = 16;
 
@@ -35,7 +39,7 @@ pub struct ProfibusMaster {
     pub(super) outputs: CyclicOutputs,
     pub(super) access: MediumAccess,
     pub(super) ring: LogicalRing,
-    counts: FrameCountBits,
+    pub(super) counts: FrameCountBits,
     /// Since when the bus is silent, as far as this master knows.
     pub(super) silent_since: Time,
     /// How long the bus has to be silent before the next frame of this master.
@@ -46,6 +50,8 @@ pub struct ProfibusMaster {
     pub(super) reply: Option<(Time, Vec<u8>)>,
     pub(super) due: Option<(Time, MasterRequest)>,
     pub(super) job: Option<MasterJob>,
+    /// Set while the frames of the job are sent again after their answers.
+    pub(super) repetition: Option<Repetition>,
     /// Since when there is a job but no token.
     pub(super) waiting_since: Time,
     pub(super) exchange: Option<SlaveExchange>,
@@ -83,6 +89,7 @@ impl ProfibusMaster {
             reply: None,
             due: None,
             job: None,
+            repetition: None,
             waiting_since: Time::ZERO,
             exchange: None,
             is_clear: false,
@@ -226,7 +233,13 @@ impl ProfibusMaster {
         let poll = self.exchange.as_ref().map_or(POLL, |exchange| exchange.connection.cycle.max(POLL));
         let pace = AcyclicTiming { poll, patience: self.settings.acyclic };
         self.waiting_since = now;
+        let (request, times) = match request {
+            MasterRequest::Repeated { request, times } => (*request, Some(times)),
+            request => (request, None),
+        };
+        self.repetition = times.map(Repetition::new);
         match MasterJob::new(request, now, &self.settings, pace, released.as_deref()) {
+            Ok(job) if times.is_some() && !job.is_repeatable() => self.outcome = Some(NOT_REPEATABLE),
             Ok(job) => self.job = Some(job),
             Err(outcome) => self.outcome = Some(outcome),
         }
@@ -234,6 +247,7 @@ impl ProfibusMaster {
 
     fn abort(&mut self) {
         let had = self.exchange.take().is_some() | self.job.take().is_some();
+        self.repetition = None;
         if let MediumAccess::AwaitingAnswer(transfer, _) = &mut self.access
             && transfer.purpose != Purpose::Gap
         {
@@ -250,6 +264,10 @@ impl ProfibusMaster {
         {
             self.exchange = None;
         }
+        let outcome = match self.repetition.take() {
+            Some(repetition) => repetition.outcome(outcome),
+            None => outcome,
+        };
         (self.job, self.outcome) = (None, Some(outcome));
     }
 
@@ -279,7 +297,7 @@ impl ProfibusMaster {
         }
         let retries = if purpose == Purpose::Gap { 0 } else { self.settings.retries };
         let until = self.later(self.silent_since, self.settings.slot_time);
-        let transfer = PendingTransfer { message, purpose, count, retries, until, unfit: None };
+        let transfer = PendingTransfer { message, purpose, count, retries, until, unfit: None, repetition: None };
         self.access = MediumAccess::AwaitingAnswer(transfer, hold);
     }
 
@@ -287,6 +305,9 @@ impl ProfibusMaster {
     pub(super) fn work(&mut self, now: Time, hold: TokenHold, out: &mut Outbox) {
         let Some(job) = &mut self.job else { return };
         match job.next(now) {
+            MasterJobStep::Send(message) if self.needs_introduction(&message) => {
+                self.send(now, DpMessage::diagnosis(message.to), Purpose::Discarded, hold, out);
+            }
             MasterJobStep::Send(message) => {
                 self.take_mode(&message);
                 let is_over = !message.expects_answer();
@@ -305,8 +326,8 @@ impl ProfibusMaster {
                 self.transmit_raw(now, &octets, out);
                 let until = self.later(self.silent_since, self.settings.slot_time);
                 let count = FrameCount::First;
-                let transfer =
-                    PendingTransfer { message, purpose: Purpose::Job, count, retries: 0, until, unfit: None };
+                let (purpose, retries, unfit, repetition) = (Purpose::Job, 0, None, None);
+                let transfer = PendingTransfer { message, purpose, count, retries, until, unfit, repetition };
                 let hold = TokenHold { has_worked: true, has_sent_message: true, ..hold };
                 self.access = MediumAccess::AwaitingAnswer(transfer, hold);
             }
@@ -349,11 +370,11 @@ impl ProfibusMaster {
 
     /// Processes the answer to a request, or its final timeout.
     pub(super) fn answered(&mut self, now: Time, transfer: PendingTransfer, hold: TokenHold, answer: DataLinkAnswer) {
+        let Some((transfer, answer)) = self.repeated(now, transfer, hold, answer) else { return };
         self.access = MediumAccess::Holding(hold);
         let PendingTransfer { message, purpose, count, .. } = transfer;
-        let is_answer = !matches!(answer, DataLinkAnswer::None | DataLinkAnswer::Unfit(_));
         if message.is_counted() {
-            if is_answer {
+            if answer.is_frame() {
                 self.counts.answered(message.to, count);
             } else {
                 self.counts.forget(message.to);

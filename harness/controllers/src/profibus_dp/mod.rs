@@ -16,6 +16,7 @@ mod master;
 mod medium;
 mod message;
 mod outcome;
+mod repetition;
 mod request;
 mod ring;
 mod startup;
@@ -24,7 +25,7 @@ pub use connection::{ClearOutputs, IsoModeClock, SlaveConfig, StartUpService};
 pub use live_timing::LiveBusTiming;
 pub use master::ProfibusMaster;
 pub use outcome::{
-    AcyclicError, ConnectionState, DataLinkAnswer, DpParameterOutcome, DpRecordOutcome, MasterOutcome,
+    AcyclicError, ConnectionState, DataLinkAnswer, DpParameterOutcome, DpRecordOutcome, MasterOutcome, RepeatedAnswers,
     SlaveConnectionEnd, SlaveFailureReason, SlaveReleaseOutcome, SlaveStartUpFailure, SlaveStartUpResult,
     SlaveStartUpStage,
 };

@@ -35,8 +35,21 @@ pub enum MasterOutcome {
         /// What came within the slot time.
         answer: DataLinkAnswer,
     },
+    /// Outcome of a repeated request.
+    Repeated(Box<RepeatedAnswers>),
     /// The request cannot be carried out now; the sentence says why.
     Impossible(&'static str),
+}
+
+/// The answers to a request whose frames were sent again with the same frame count bit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RepeatedAnswers {
+    /// The outcome of the request, from the first answer to each frame.
+    pub outcome: MasterOutcome,
+    /// Number of repetitions that got the first answer again.
+    pub answered: u32,
+    /// The first answer to a frame and a different one to its repetition, of the first frame with a difference.
+    pub difference: Option<(DataLinkAnswer, DataLinkAnswer)>,
 }
 
 /// How the data link answered a request.
@@ -95,6 +108,11 @@ impl DataLinkAnswer {
             DataLinkAnswer::Frame { .. } => SlaveDiag::parse(self.data()?).ok(),
             _ => None,
         }
+    }
+
+    /// Whether it is a frame of the station, whatever it says.
+    pub fn is_frame(&self) -> bool {
+        matches!(self, DataLinkAnswer::Short | DataLinkAnswer::Frame { .. })
     }
 
     /// Whether no station answered.

@@ -188,6 +188,16 @@ pub enum MasterRequest {
         /// The data.
         octets: Vec<u8>,
     },
+    /// A request with one answer or a record access, each frame of which is sent again `times` times with the same frame count bit
+    /// after it was answered. Returns [`MasterOutcome::Repeated`](super::MasterOutcome::Repeated).
+    ///
+    /// To a station that this master has not addressed before, a Slave_Diag is sent ahead.
+    Repeated {
+        /// The request.
+        request: Box<MasterRequest>,
+        /// How often each frame is sent again.
+        times: u8,
+    },
     /// Sends bytes as they are. Returns [`MasterOutcome::Sent`](super::MasterOutcome::Sent).
     Raw(Vec<u8>),
     /// Sends a frame damaged on purpose once, and awaits an answer for the slot time. Returns

@@ -5,6 +5,7 @@ mod connection;
 mod dp;
 mod dp_exchange;
 mod dp_profirust;
+mod dp_repetition;
 mod dp_services;
 mod dp_start_up;
 mod exchange;

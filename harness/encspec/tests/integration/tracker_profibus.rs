@@ -142,6 +142,41 @@ fn a_slave_that_misses_three_cycles_is_lost() {
     assert_eq!((tracker.counts().repeated, tracker.ars()[0].stage), (3, ArStage::Starved));
 }
 
+/// IEC 61158-4-3: an answer that was lost on its way to the master is requested again, and is the same answer. An analyser has recorded
+/// both.
+#[test]
+fn the_answer_to_a_repeated_request_counts_once() {
+    let mut bus = BusFrames::default();
+    bus.start();
+    bus.exchange(2);
+    let once = observed(&bus).1;
+    let mut bus = BusFrames::default();
+    bus.diagnosis(&NEW);
+    bus.acknowledged(61, &SET_PRM);
+    repeat(&mut bus);
+    bus.acknowledged(62, &CHK_CFG);
+    repeat(&mut bus);
+    bus.diagnosis(&GOOD);
+    repeat(&mut bus);
+    bus.exchange(2);
+    repeat(&mut bus);
+    let (tracker, twice) = observed(&bus);
+    let without_numbers = |list: &[String]| -> Vec<String> {
+        list.iter().map(|line| line.split_once(' ').map_or("", |parts| parts.1).to_owned()).collect()
+    };
+    assert_eq!(without_numbers(&twice), without_numbers(&once));
+    assert_eq!((tracker.counts().repeated, tracker.ars().len()), (4, 1));
+}
+
+/// Records the last request and its answer once more.
+fn repeat(bus: &mut BusFrames) {
+    let from = bus.frames.len() - 2;
+    for octets in [bus.frames[from].1.clone(), bus.frames[from + 1].1.clone()] {
+        let (time, _) = bus.frames[bus.frames.len() - 1];
+        bus.frames.push((time + Duration::from_millis(1), octets));
+    }
+}
+
 /// A connection established before the capture is unknown until the slave reports its configuration.
 #[test]
 fn a_connection_established_before_the_capture_is_tracked() {

@@ -125,9 +125,10 @@ impl BusDriver for ProfibusDriver {
         answer: Option<&'a ExpectedAnswer>,
         second: bool,
         to: Option<&'a Program>,
+        repeats: u8,
     ) -> StepResult {
         match service {
-            DeviceService::Dp(service) => run.serve(service, answer, second, to),
+            DeviceService::Dp(service) => run.serve(service, answer, second, to, repeats),
             DeviceService::Broken(word) => run.broken_frame(word, answer, second, to),
             _ => Err(other_bus()),
         }

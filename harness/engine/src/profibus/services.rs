@@ -4,10 +4,12 @@ use super::access::record;
 use super::{reply, unexpected};
 use crate::trial::RunningTrial;
 use crate::trial::step_error::{BoxedStepError, StepError, StepResult};
-use controllers::profibus_dp::{DamagedDpFrame, DataLinkAnswer, DpRecordOutcome, MasterOutcome, MasterRequest};
+use controllers::profibus_dp::{
+    DamagedDpFrame, DataLinkAnswer, DpRecordOutcome, MasterOutcome, MasterRequest, RepeatedAnswers,
+};
 use expression::{HistoryState, Program, Value};
 use judge::answer::ReceivedReply;
-use results::outcome::FailureCause;
+use results::outcome::{FailureCause, JudgedPart};
 use results::verdict::Verdict;
 use suite::model::{AnswerMatcher, AnswerPart, DpService};
 use wire::profibus::address::SetSlaveAddress;
@@ -16,13 +18,14 @@ use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::sap::{MasterSap, SlaveSap};
 
 impl<'a> RunningTrial<'a> {
-    /// Sends a service and judges its answer.
+    /// Sends a service and judges its answer, and the answers to its repetitions.
     pub(super) fn serve(
         &mut self,
         service: &'a DpService,
         answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
+        repeats: u8,
     ) -> StepResult {
         let all = matches!(service, DpService::GlobalControl { .. }) && to.is_none();
         let to = if all { BROADCAST } else { self.station_of(to)? };
@@ -35,7 +38,11 @@ impl<'a> RunningTrial<'a> {
                 | DpService::SetSlaveAddress { .. }
         );
         let mut replies = Vec::new();
-        let whole = match self.ask_master(second, request)? {
+        let outcome = match repeats {
+            0 => self.ask_master(second, request)?,
+            times => self.repeated(second, request, times)?,
+        };
+        let whole = match outcome {
             MasterOutcome::Answer(answer) => {
                 if let Some(octets) = answer.data() {
                     replies.push((AnswerPart::Bytes, ReceivedReply::Value(Value::bytes(octets))));
@@ -55,6 +62,36 @@ impl<'a> RunningTrial<'a> {
         replies.push((AnswerPart::Whole, whole));
         self.world.scene.notebook_mut().answers = replies;
         self.judge_answer(answer.unwrap_or(&AnswerMatcher::Accepted))
+    }
+
+    /// Sends a request whose frames are each sent again; fails if a repetition is answered differently, or if nothing was repeated.
+    fn repeated(
+        &mut self,
+        second: bool,
+        request: MasterRequest,
+        times: u8,
+    ) -> Result<MasterOutcome, BoxedStepError> {
+        let request = MasterRequest::Repeated { request: Box::new(request), times };
+        let RepeatedAnswers { outcome, answered, difference } = match self.ask_master(second, request)? {
+            MasterOutcome::Repeated(answers) => *answers,
+            outcome => return Err(unexpected(&outcome)),
+        };
+        self.checks += 1;
+        if let Some((first, again)) = difference {
+            let text = "the answer to the repeated request".into();
+            let part = JudgedPart { text, expected: first.to_string(), observed: again.to_string(), held: false };
+            let what = "The same request with the same frame count bit got another answer.";
+            return Err(StepError::device(what, vec![part]).at(self.world.trace.len() as u64));
+        }
+        let is_answered = match &outcome {
+            MasterOutcome::Answer(answer) => answer.is_frame(),
+            outcome => matches!(outcome, MasterOutcome::Record(DpRecordOutcome::Accepted { .. })),
+        };
+        if answered == 0 && is_answered {
+            let what = "The request was not repeated: another master took the token.";
+            return Err(StepError::other(FailureCause::Environment, Verdict::Inconclusive, what));
+        }
+        Ok(outcome)
     }
 
     fn service_request(&mut self, service: &DpService, to: u8) -> Result<MasterRequest, BoxedStepError> {

@@ -109,6 +109,7 @@ impl BusDriver for ProfinetDriver {
         answer: Option<&'a AnswerMatcher>,
         second: bool,
         _: Option<&'a Program>,
+        _: u8,
     ) -> StepResult {
         run.send(service, answer, second)
     }

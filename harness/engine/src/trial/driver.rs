@@ -62,7 +62,7 @@ pub trait BusDriver {
     /// Waits until a frame with the present outputs has been sent.
     fn wait_for_outputs(&self, run: &mut RunningTrial<'_>) -> StepResult;
 
-    /// Sends a service and judges its answer.
+    /// Sends a service and judges its answer; each frame is sent `repeats` times again.
     fn send<'a>(
         &self,
         run: &mut RunningTrial<'a>,
@@ -70,6 +70,7 @@ pub trait BusDriver {
         answer: Option<&'a AnswerMatcher>,
         second: bool,
         to: Option<&'a Program>,
+        repeats: u8,
     ) -> StepResult;
 
     /// Reads or writes names whose access depends on the bus: records, the station, diagnosis, configuration, web pages.

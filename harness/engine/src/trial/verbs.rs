@@ -43,9 +43,9 @@ impl<'a> RunningTrial<'a> {
             Verb::Disconnect { second } => self.disconnect(*second),
             Verb::Write(access) => self.write(access),
             Verb::Read { access, within } => self.read(step, access, within.as_ref()),
-            Verb::Send { service, answer, second, to } => {
+            Verb::Send { service, answer, second, to, repeats } => {
                 self.action();
-                self.driver.send(self, service, answer.as_ref(), *second, to.as_ref())
+                self.driver.send(self, service, answer.as_ref(), *second, to.as_ref(), *repeats)
             }
             Verb::Expect { condition, within, hold } => self.expect(step, condition, within, hold),
             Verb::Wait(span) => self.wait(span),

@@ -68,6 +68,8 @@ struct TrackedSlave {
     lengths: Option<IoLengths>,
     /// The last request with a frame count bit: master, function code and checksum of its bytes.
     last: Option<(u8, FunctionCode, u64)>,
+    /// Whether that request was answered; its repetitions get the same answer.
+    is_settled: bool,
     /// Data_Exchange requests since the last answer, without repetitions.
     unanswered: u32,
     answered: Time,
@@ -89,6 +91,8 @@ struct PendingDpRequest {
     pub service: SapService,
     number: u64,
     time: Time,
+    /// Whether it repeats a request that was answered before.
+    is_settled: bool,
     pub data: Vec<u8>,
 }
 
@@ -263,7 +267,10 @@ impl DpTracker {
             data.clear();
             data.extend_from_slice(frame.data);
             self.polled((sa, da, service), if repeated { PollPart::Again } else { PollPart::Asked }, sink);
-            self.asked = Some(PendingDpRequest { da, sa, service, number, time, data });
+            let slave = &mut self.slaves[usize::from(da)];
+            slave.is_settled &= repeated;
+            let is_settled = slave.is_settled;
+            self.asked = Some(PendingDpRequest { da, sa, service, number, time, is_settled, data });
         }
     }
 
@@ -321,6 +328,16 @@ impl DpTracker {
     fn answered(&mut self, asked: PendingDpRequest, answer: DpAnswer<'_>, sink: Sink<'_>) {
         let positive = answer.function == AnswerFunction::OK;
         self.polled((asked.sa, asked.da, asked.service), PollPart::Answered, sink);
+        let slave = &mut self.slaves[usize::from(asked.da)];
+        if asked.is_settled {
+            // The answer is the one before: the slave has not carried out the request again.
+            if asked.service == SapService::DataExchange {
+                (slave.unanswered, slave.answered) = (0, answer.time);
+            }
+            self.spare = asked.data;
+            return;
+        }
+        slave.is_settled = true;
         match asked.service {
             SapService::DataExchange => self.inputs(&asked, answer, sink),
             SapService::Slave(SlaveSap::SLAVE_DIAG) if answer.function.has_data() => {

@@ -415,6 +415,8 @@ pub enum Verb {
         second: bool,
         /// Station address of the request, if it is not that of the device (PROFIBUS).
         to: Option<Program>,
+        /// How often each frame is sent again with the same frame count bit (PROFIBUS).
+        repeats: u8,
     },
     /// Waits for a condition.
     Expect {
