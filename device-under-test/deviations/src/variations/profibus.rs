@@ -1,7 +1,7 @@
 //! What a PROFIBUS slave may do, whatever the manual of the encoder says.
 
 use super::profibus_state::{
-    AcknowledgedForeigners, AnnouncedDiagnosis, FirstDiagnoses, LongAcknowledgement, MaxTsdrOfTheRate,
+    AcknowledgedForeigners, AnnouncedDiagnosis, BrieflyStoredAnswer, FirstDiagnoses, LongAcknowledgement, MaxTsdrOfTheRate,
     diagnosis_in_portions, jittering_bits,
 };
 use crate::needs::Need;
@@ -52,6 +52,9 @@ pub static GROUPS: &[Group] = &[
             "answers-at-max-tsdr-of-the-rate" "Answers come as late as MaxTsdr of the GSD permits at the rate of the bus, for instance 100 bits at 500 kbit/s and 800 at 12 Mbit/s."
                 "MaxTsdr of the GSD; IEC 61158-4-3, station delay of a responder; the slot time at these rates is longer"
                 => |d| d.slave.add(MaxTsdrOfTheRate::default());
+            "answer-stored-until-the-next-frame" "A repeated request gets the stored answer only if no other frame, for instance the token, came in between; else it is carried out."
+                "IEC 61158-4-3, frame count bit: the answer is stored for a retry, and a master sends its retries right after the slot time"
+                => |d| d.slave.add(BrieflyStoredAnswer::default());
             "long-acknowledgements" "A request without an answer is acknowledged by a frame without data (FC 00h) instead of E5h."
                 "IEC 61158-4-3: the short acknowledgement E5h stands for an acknowledgement frame, and may be used instead"
                 => |d| d.slave.add(LongAcknowledgement::default());

@@ -119,17 +119,19 @@ pub(super) struct AnnouncedDiagnosis {
     every: Option<u32>,
     answers: u32,
     is_pending: bool,
+    /// Whether the request repeats the one before: its answer is the same again.
+    is_repetition: bool,
 }
 
 impl AnnouncedDiagnosis {
     /// When data exchange begins.
     pub fn once() -> AnnouncedDiagnosis {
-        AnnouncedDiagnosis { every: None, answers: 0, is_pending: false }
+        AnnouncedDiagnosis { every: None, answers: 0, is_pending: false, is_repetition: false }
     }
 
     /// After each `every` answers.
     pub fn every(every: u32) -> AnnouncedDiagnosis {
-        AnnouncedDiagnosis { every: Some(every), answers: 0, is_pending: false }
+        AnnouncedDiagnosis { every: Some(every), answers: 0, is_pending: false, is_repetition: false }
     }
 }
 
@@ -137,6 +139,13 @@ impl SlaveHooks for AnnouncedDiagnosis {
     fn configuration(&mut self, _: &dyn SlaveApplication, _: &[u8], right: Option<IoLengths>) -> Option<IoLengths> {
         (self.answers, self.is_pending) = (0, false);
         right
+    }
+
+    fn check(&mut self, _: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
+        if check == SlaveStackCheck::Repetition {
+            self.is_repetition = verdict;
+        }
+        verdict
     }
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
@@ -151,8 +160,9 @@ impl SlaveHooks for AnnouncedDiagnosis {
         if !is_exchange {
             return;
         }
-        self.answers += 1;
+        self.answers += u32::from(!self.is_repetition);
         match self.every {
+            _ if self.is_repetition => {}
             Some(every) if self.answers >= every => (self.answers, self.is_pending) = (0, true),
             None if self.answers == 1 => self.is_pending = true,
             _ => {}
@@ -160,6 +170,26 @@ impl SlaveHooks for AnnouncedDiagnosis {
         if self.is_pending {
             set_function(telegram, AnswerFunction::DATA_HIGH);
         }
+    }
+}
+
+/// Stores an answer only until the next frame on the bus.
+#[derive(Default)]
+pub(super) struct BrieflyStoredAnswer {
+    last: Vec<u8>,
+    is_next: bool,
+}
+
+impl SlaveHooks for BrieflyStoredAnswer {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
+        self.is_next = self.last == telegram;
+        self.last.clear();
+        self.last.extend_from_slice(telegram);
+        vec![telegram.to_vec()]
+    }
+
+    fn check(&mut self, _: &dyn SlaveApplication, check: SlaveStackCheck, verdict: bool) -> bool {
+        verdict && (check != SlaveStackCheck::Repetition || self.is_next)
     }
 }
 
