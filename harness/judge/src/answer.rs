@@ -5,7 +5,7 @@ use super::page;
 use expression::Value;
 use std::fmt;
 use suite::model::Code;
-use wire::profibus::dpv1::{Dpv1ErrorDecode, RecordError};
+use wire::profibus::dpv1::{Dpv1AbortReason, Dpv1ErrorDecode, RecordError};
 use wire::profibus::fdl::AnswerFunction;
 use wire::profidrive::ErrorNumber;
 use wire::profinet::dcp::BlockError;
@@ -28,6 +28,8 @@ pub enum NegativeResponse {
     Fdl(u8),
     /// A negative response of DP-V1.
     Dpv1 { decode: u8, code1: u8, code2: u8 },
+    /// The slave has aborted its MS2 connection: instance and reason.
+    Abort(u8),
 }
 
 /// The answer to a request or a part of a request.
@@ -52,6 +54,7 @@ impl NegativeResponse {
             (NegativeResponse::Parameter(observed), Code::Parameter(expected, _)) => observed == expected,
             (NegativeResponse::Dcp(observed), Code::Dcp(expected, _)) => observed == expected,
             (NegativeResponse::Fdl(observed), Code::Fdl(expected, _)) => observed == expected,
+            (NegativeResponse::Abort(observed), Code::Abort(expected, _)) => observed == expected,
             (NegativeResponse::Dpv1 { code1: observed, decode, .. }, Code::Dpv1 { code1, .. }) => {
                 observed == code1 && *decode == Dpv1ErrorDecode::DPV1.0
             }
@@ -83,6 +86,10 @@ impl fmt::Display for NegativeResponse {
                 Some(word) => write!(f, "FDL answer {function:#04X} ({word})"),
                 None => write!(f, "FDL answer {function:#04X}"),
             },
+            NegativeResponse::Abort(reason) => match Dpv1AbortReason(*reason).word() {
+                Some(word) => write!(f, "Abort {reason:#04X} ({word})"),
+                None => write!(f, "Abort {reason:#04X}"),
+            },
             NegativeResponse::Dpv1 { decode, code1, code2 } => {
                 write!(f, "DP-V1 error {decode:02X} {code1:02X} {code2:02X}")?;
                 match RecordError(*code1).word().filter(|_| *decode == Dpv1ErrorDecode::DPV1.0) {
@@ -112,7 +119,7 @@ pub fn refused(codes: &[Code]) -> String {
     let word = |code: &Code| match code {
         Code::Parameter(number, word) => format!("{word} (0x{number:02X})"),
         Code::Pnio { word, .. } => word.clone(),
-        Code::Dcp(number, word) | Code::Fdl(number, word) => format!("{word} ({number})"),
+        Code::Dcp(number, word) | Code::Fdl(number, word) | Code::Abort(number, word) => format!("{word} ({number})"),
         Code::Dpv1 { code1, word } => format!("{word} (0x{code1:02X})"),
     };
     match codes {

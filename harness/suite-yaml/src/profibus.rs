@@ -61,6 +61,21 @@ impl StepScope<'_, '_> {
                 index: self.number(field("index")?, "an index")?,
                 bytes: octets(field("bytes")?)?,
             },
+            "ms2_initiate" => self.ms2_initiate(fields)?,
+            "ms2_read" => DpService::Ms2Read {
+                slot: self.number(field("slot")?, "a slot")?,
+                index: self.number(field("index")?, "an index")?,
+                length: self.number(field("length")?, "a length")?,
+            },
+            "ms2_write" => DpService::Ms2Write {
+                slot: self.number(field("slot")?, "a slot")?,
+                index: self.number(field("index")?, "an index")?,
+                bytes: octets(field("bytes")?)?,
+            },
+            "ms2_abort" => DpService::Ms2Abort {
+                subnet: fields.get("subnet").map_or(Ok(0), |node| self.number(node, "a subnet"))?,
+                reason: fields.get("reason").map_or(Ok(USER_ABORT), |node| self.number(node, "a reason"))?,
+            },
             _ => {
                 let frame = field("frame")?;
                 let word = plain(frame, "a frame")?;
@@ -74,13 +89,47 @@ impl StepScope<'_, '_> {
         Ok((AcyclicService::Dp(service), RequestKind::Whole(Refuser::Dp)))
     }
 
+    /// Initiate with its fields; what is not said is a master that reads and writes records of API 0.
+    fn ms2_initiate(&self, fields: &Node) -> Read<DpService> {
+        let two = |key: &str, usual: [u8; 2]| {
+            let Some(node) = fields.get(key) else { return Ok(usual) };
+            <[u8; 2]>::try_from(octets(node)?).map_err(|_| node.wrong(format!("`{key}` has two bytes")))
+        };
+        let end = |kind: &str, address: &str| -> Read<(u8, Vec<u8>)> {
+            let kind = fields.get(kind).map_or(Ok(0), |node| self.number(node, "a type"))?;
+            let address = fields.get(address).map_or(Ok(vec![0, 0]), octets)?;
+            Ok((kind, address))
+        };
+        let send_timeout = match fields.get("send_timeout") {
+            None => USUAL_SEND_TIMEOUT,
+            Some(node) => {
+                let time = duration(node, "a time")?;
+                let units = u16::try_from(time.as_nanos() / SEND_TIMEOUT_UNIT);
+                match units {
+                    Ok(units) if time.as_nanos().is_multiple_of(SEND_TIMEOUT_UNIT) => units,
+                    _ => return Err(node.wrong("Send_Timeout comes in steps of 10ms, up to 655350ms")),
+                }
+            }
+        };
+        Ok(DpService::Ms2Initiate {
+            send_timeout,
+            features: two("features", [1, 0])?,
+            profile_features: two("profile_features", [0, 0])?,
+            profile: fields.get("profile").map_or(Ok(0), |node| self.number(node, "a profile"))?,
+            source: end("s_type", "s_addr")?,
+            destination: end("d_type", "d_addr")?,
+        })
+    }
+
     /// How often the frames of a service are sent again: they need a frame count bit, and a station that stays where it is.
     pub(super) fn repeats(&self, node: &Node, service: &AcyclicService) -> Read<u8> {
         let why = match service {
             AcyclicService::Dp(DpService::FdlStatus | DpService::GlobalControl { .. }) => {
                 "this service has no frame count bit"
             }
-            AcyclicService::Dp(DpService::SetSlaveAddress { .. }) => "the device has another address after this service",
+            AcyclicService::Dp(DpService::SetSlaveAddress { .. }) => {
+                "the device has another address after this service"
+            }
             AcyclicService::Dp(_) => return self.number(node, "a number of repetitions"),
             AcyclicService::Broken(_) => "a damaged frame is sent once",
             _ => "`repeats` exists on PROFIBUS only",
@@ -181,6 +230,12 @@ impl StepScope<'_, '_> {
     }
 }
 
+/// Send_Timeout of a master that says none, in units: 1 s.
+const USUAL_SEND_TIMEOUT: u16 = 100;
+/// The unit of Send_Timeout, in nanoseconds.
+const SEND_TIMEOUT_UNIT: u128 = 10_000_000;
+/// Instance and reason of an Abort by the user.
+const USER_ABORT: u8 = 0x20;
 /// The step of the clock of isochronous mode, in nanoseconds.
 const T_BASE_DP: u128 = 125_000;
 /// The bit of the first byte of DP-V1 that counts the watchdog in milliseconds.

@@ -12,7 +12,8 @@ use super::source::{Files, Sources};
 use super::start::merged;
 use super::topic_keys::{exchanged, turn};
 use super::verbs::{
-    VERBS, VerbWord, block_step, connect_step, either_step, expect_step, procedure_step, read_step, send_step, word_of, write_step,
+    VERBS, VerbWord, block_step, connect_step, either_step, expect_step, procedure_step, read_step, send_step, word_of,
+    write_step,
 };
 use super::yaml::{Node, NodeKind};
 use expression::{Allow, Program, Type};

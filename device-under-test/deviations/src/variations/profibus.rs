@@ -1,8 +1,8 @@
 //! What a PROFIBUS slave may do, whatever the manual of the encoder says.
 
 use super::profibus_state::{
-    AcknowledgedForeigners, AnnouncedDiagnosis, BrieflyStoredAnswer, FirstDiagnoses, LongAcknowledgement, MaxTsdrOfTheRate,
-    diagnosis_in_portions, jittering_bits,
+    AcknowledgedForeigners, AnnouncedDiagnosis, BrieflyStoredAnswer, FirstDiagnoses, LongAcknowledgement,
+    MaxTsdrOfTheRate, diagnosis_in_portions, jittering_bits,
 };
 use crate::needs::Need;
 use crate::seams::slave::{diagnosis_response, frame, with_data};

@@ -1,8 +1,9 @@
-//! Acyclic services of a class 1 master: it sends the request, then polls the slave until the response is ready.
+//! Reading and writing records: the master sends the request, then polls the slave until the response is ready.
 //!
-//! Source: IEC 61158-6-3, MSAC1; data set 47: PROFIdrive profile, base mode parameter access.
+//! Source: IEC 61158-6-3, MSAC1 and MSAC2; data set 47: PROFIdrive profile, base mode parameter access.
 
 use super::message::DpMessage;
+use super::ms2_outcome::Ms2End;
 use super::outcome::{AcyclicError, DataLinkAnswer, DpParameterOutcome, DpRecordOutcome};
 use alloc::format;
 use alloc::string::ToString;
@@ -10,6 +11,8 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use station::Time;
 use wire::profibus::dpv1::{Dpv1Function, Dpv1Pdu, Dpv1Record, Dpv1Refusal, PduDirection};
+use wire::profibus::fdl::RequestFunction;
+use wire::profibus::sap::{MasterSap, SlaveSap};
 use wire::profinet::status::RecordError;
 
 /// The data set for parameter access.
@@ -26,10 +29,36 @@ pub(super) struct AcyclicTiming {
     pub patience: Duration,
 }
 
+/// The access point of a slave that serves records, and that of the master.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct AcyclicPoint {
+    to: u8,
+    slave: u8,
+    master: MasterSap,
+}
+
+impl AcyclicPoint {
+    /// MS1: the class 1 master.
+    pub fn ms1(to: u8) -> AcyclicPoint {
+        AcyclicPoint { to, slave: SlaveSap::SERVER.0, master: MasterSap::MS1 }
+    }
+
+    /// MS2: the access point `sap` of a connection, or the resource manager.
+    pub fn ms2(to: u8, sap: u8) -> AcyclicPoint {
+        AcyclicPoint { to, slave: sap, master: MasterSap::MS2 }
+    }
+
+    /// A PDU to this point; an empty one is a poll.
+    pub fn message(self, data: Vec<u8>) -> DpMessage {
+        let (dsap, ssap) = (Some(self.slave), Some(self.master.0));
+        DpMessage { to: self.to, dsap, ssap, function: RequestFunction::SRD_LOW, data }
+    }
+}
+
 /// A read or a write of a record.
 #[derive(Debug)]
 pub(super) struct RecordJob {
-    to: u8,
+    point: AcyclicPoint,
     request: Dpv1Record,
     is_write: bool,
     requested: bool,
@@ -39,17 +68,23 @@ pub(super) struct RecordJob {
 }
 
 impl RecordJob {
-    pub fn read(now: Time, pace: AcyclicTiming, to: u8, (slot, index): (u8, u8), length: u8) -> RecordJob {
-        RecordJob::new(now, pace, to, Dpv1Record { slot, index, length, data: Vec::new() }, false)
+    pub fn read(now: Time, pace: AcyclicTiming, point: AcyclicPoint, (slot, index): (u8, u8), length: u8) -> RecordJob {
+        RecordJob::new(now, pace, point, Dpv1Record { slot, index, length, data: Vec::new() }, false)
     }
 
-    pub fn write(now: Time, pace: AcyclicTiming, to: u8, (slot, index): (u8, u8), data: Vec<u8>) -> RecordJob {
+    pub fn write(
+        now: Time,
+        pace: AcyclicTiming,
+        point: AcyclicPoint,
+        (slot, index): (u8, u8),
+        data: Vec<u8>,
+    ) -> RecordJob {
         let length = data.len() as u8;
-        RecordJob::new(now, pace, to, Dpv1Record { slot, index, length, data }, true)
+        RecordJob::new(now, pace, point, Dpv1Record { slot, index, length, data }, true)
     }
 
-    fn new(now: Time, pace: AcyclicTiming, to: u8, request: Dpv1Record, is_write: bool) -> RecordJob {
-        RecordJob { to, request, is_write, requested: false, pace, next: now, until: now + pace.patience }
+    fn new(now: Time, pace: AcyclicTiming, point: AcyclicPoint, request: Dpv1Record, is_write: bool) -> RecordJob {
+        RecordJob { point, request, is_write, requested: false, pace, next: now, until: now + pace.patience }
     }
 
     /// When it has something to send.
@@ -64,7 +99,7 @@ impl RecordJob {
             let record = self.request.clone();
             if self.is_write { Dpv1Pdu::Write(record) } else { Dpv1Pdu::Read(record) }.write(&mut data);
         }
-        DpMessage::acyclic(self.to, data)
+        self.point.message(data)
     }
 
     /// Processes an answer of the data link; returns the outcome at the end.
@@ -82,6 +117,11 @@ impl RecordJob {
                 self.next = now + self.pace.poll;
                 None
             }
+            // The slave needs more time and keeps the connection alive.
+            Some([function, ..]) if *function == Dpv1Function::IDLE.0 && self.point.master == MasterSap::MS2 => {
+                (self.next, self.until) = (now + self.pace.poll, now + self.pace.patience);
+                None
+            }
             Some(data) => Some(self.read_answer(data)),
         }
     }
@@ -91,6 +131,9 @@ impl RecordJob {
         let refused = if self.is_write { Dpv1Function::WRITE_REFUSED } else { Dpv1Function::READ_REFUSED };
         match Dpv1Pdu::parse(data, PduDirection::Response) {
             Err(error) => unfit(error.to_string()),
+            Ok(Dpv1Pdu::Abort { subnet, reason, .. }) if self.point.master == MasterSap::MS2 => {
+                DpRecordOutcome::Aborted(Ms2End { subnet, reason })
+            }
             Ok(Dpv1Pdu::Refused(refusal)) if refusal.function == refused => DpRecordOutcome::Refused(refusal),
             Ok(Dpv1Pdu::Read(record)) if !self.is_write && self.is_same(&record) => {
                 DpRecordOutcome::Accepted { data: record.data }
@@ -129,7 +172,7 @@ pub(super) struct ParameterJob {
 impl ParameterJob {
     pub fn new(now: Time, pace: AcyclicTiming, to: u8, slot: u8, request: Vec<u8>) -> ParameterJob {
         let reference = request.first().copied();
-        let record = RecordJob::write(now, pace, to, (slot, DATA_SET), request);
+        let record = RecordJob::write(now, pace, AcyclicPoint::ms1(to), (slot, DATA_SET), request);
         ParameterJob { to, slot, reference, pace, is_reading: false, record, until: now + pace.patience }
     }
 
@@ -147,6 +190,10 @@ impl ParameterJob {
         let outcome = self.record.answered(now, answer)?;
         match (self.is_reading, outcome) {
             (_, DpRecordOutcome::Failed(error)) => Some(DpParameterOutcome::Failed(error)),
+            // MS1 has no connection that could be aborted.
+            (_, DpRecordOutcome::Aborted(end)) => {
+                Some(DpParameterOutcome::Failed(AcyclicError::Unfit(end.to_string())))
+            }
             (false, DpRecordOutcome::Accepted { .. }) => {
                 self.is_reading = true;
                 self.read(now, Duration::ZERO);
@@ -174,7 +221,8 @@ impl ParameterJob {
     }
 
     fn read(&mut self, now: Time, after: Duration) {
-        self.record = RecordJob::read(now + after, self.pace, self.to, (self.slot, DATA_SET), LONGEST);
+        self.record =
+            RecordJob::read(now + after, self.pace, AcyclicPoint::ms1(self.to), (self.slot, DATA_SET), LONGEST);
     }
 }
 

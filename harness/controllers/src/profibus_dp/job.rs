@@ -1,9 +1,10 @@
 //! The request that the master is carrying out.
 
-use super::acyclic::{AcyclicTiming, ParameterJob, RecordJob};
+use super::acyclic::{AcyclicPoint, AcyclicTiming, ParameterJob, RecordJob};
 use super::broken;
 use super::connection::SlaveConfig;
 use super::message::DpMessage;
+use super::ms2::{Ms2Connection, Ms2Job};
 use super::outcome::{ConnectionState, DataLinkAnswer, MasterOutcome, SlaveFailureReason, SlaveReleaseOutcome};
 use super::request::{MasterRequest, MasterSettings};
 use super::startup::SlaveStartUpJob;
@@ -40,6 +41,8 @@ pub(super) enum MasterJob {
     StartUp(Box<SlaveStartUpJob>),
     Record(RecordJob),
     Parameter(ParameterJob),
+    /// A request on MS2, or an Idle of the master itself.
+    Ms2(Box<Ms2Job>),
     Release(DpMessage, Time),
 }
 
@@ -56,13 +59,15 @@ pub(super) enum MasterJobStep {
 }
 
 impl MasterJob {
-    /// The job for `request`, which is not [`MasterRequest::Abort`]; `released` is the connection that Release ends.
+    /// The job for `request`, which is not [`MasterRequest::Abort`]; `released` is the connection that Release ends, and `ms2` the one of
+    /// a class 2 master that stands.
     pub fn new(
         request: MasterRequest,
         now: Time,
         settings: &MasterSettings,
         pace: AcyclicTiming,
         released: Option<&SlaveConfig>,
+        ms2: Option<Ms2Connection>,
     ) -> Result<MasterJob, MasterOutcome> {
         let single = |message| Ok(MasterJob::Single(message, now));
         match request {
@@ -92,14 +97,18 @@ impl MasterJob {
                 single(DpMessage { to, dsap, ssap, function: RequestFunction::SRD_HIGH, data: octets })
             }
             MasterRequest::Read { to, slot, index, length } => {
-                Ok(MasterJob::Record(RecordJob::read(now, pace, to, (slot, index), length)))
+                Ok(MasterJob::Record(RecordJob::read(now, pace, AcyclicPoint::ms1(to), (slot, index), length)))
             }
             MasterRequest::Write { to, slot, index, data } => {
-                Ok(MasterJob::Record(RecordJob::write(now, pace, to, (slot, index), data)))
+                Ok(MasterJob::Record(RecordJob::write(now, pace, AcyclicPoint::ms1(to), (slot, index), data)))
             }
             MasterRequest::Parameter { to, slot, request } => {
                 Ok(MasterJob::Parameter(ParameterJob::new(now, pace, to, slot, request)))
             }
+            MasterRequest::Ms2 { to, service } => match Ms2Job::new(now, pace, to, service, ms2) {
+                Ok(job) => Ok(MasterJob::Ms2(Box::new(job))),
+                Err(why) => Err(MasterOutcome::Impossible(why)),
+            },
             MasterRequest::Repeated { .. } => Err(MasterOutcome::Impossible("a request is repeated once")),
             MasterRequest::Raw(octets) => Ok(MasterJob::Raw { octets, since: now }),
             MasterRequest::Broken { to, broken } => {
@@ -114,6 +123,7 @@ impl MasterJob {
         match self {
             MasterJob::Single(message, _) => message.is_counted(),
             MasterJob::Record(_) => true,
+            MasterJob::Ms2(_) => true,
             _ => false,
         }
     }
@@ -128,6 +138,7 @@ impl MasterJob {
             MasterJob::StartUp(job) => job.due(),
             MasterJob::Record(job) => Some(job.due()),
             MasterJob::Parameter(job) => Some(job.due()),
+            MasterJob::Ms2(job) => Some(job.due()),
         }
     }
 
@@ -142,6 +153,7 @@ impl MasterJob {
             MasterJob::StartUp(job) => job.next(now),
             MasterJob::Record(job) => MasterJobStep::Send(job.message()),
             MasterJob::Parameter(job) => MasterJobStep::Send(job.message()),
+            MasterJob::Ms2(job) => MasterJobStep::Send(job.message()),
         }
     }
 
@@ -150,7 +162,8 @@ impl MasterJob {
         match self {
             MasterJob::Single(..) | MasterJob::SetAddress { .. } => Some(MasterOutcome::Answer(answer)),
             MasterJob::Release(..) => Some(MasterOutcome::Ended(SlaveReleaseOutcome::Released(answer))),
-            MasterJob::Raw { .. } => None,
+            // The master takes its result, which changes the connection.
+            MasterJob::Raw { .. } | MasterJob::Ms2(_) => None,
             MasterJob::Damaged { octets, .. } => {
                 Some(MasterOutcome::Broken { octets: core::mem::take(octets), answer })
             }
@@ -169,7 +182,8 @@ impl MasterJob {
             | MasterJob::Damaged { .. }
             | MasterJob::StartUp(_)
             | MasterJob::Record(_)
-            | MasterJob::Parameter(_) => None,
+            | MasterJob::Parameter(_)
+            | MasterJob::Ms2(_) => None,
         }
     }
 

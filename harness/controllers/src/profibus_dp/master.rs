@@ -5,6 +5,7 @@ use super::acyclic::AcyclicTiming;
 use super::exchange::{ExchangeSample, SlaveExchange};
 use super::job::{MasterJob, MasterJobStep};
 use super::message::{DpMessage, FrameCountBits};
+use super::ms2_state::Ms2State;
 use super::outcome::{ConnectionState, DataLinkAnswer, MasterOutcome, SlaveConnectionEnd, SlaveReleaseOutcome};
 use super::repetition::Repetition;
 use super::request::{MasterBusy, MasterRequest, MasterSettings};
@@ -21,7 +22,7 @@ use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::sap::SlaveSap;
 
 /// Shortest time between two DP-V1 polls.
-const POLL: Duration = Duration::from_millis(1);
+pub(super) const POLL: Duration = Duration::from_millis(1);
 
 /// The outcome of a request that cannot be repeated.
 const NOT_REPEATABLE: MasterOutcome = MasterOutcome::Impossible("this request cannot be sent again");
@@ -55,6 +56,8 @@ pub struct ProfibusMaster {
     /// Since when there is a job but no token.
     pub(super) waiting_since: Time,
     pub(super) exchange: Option<SlaveExchange>,
+    /// The connection of this master as a class 2 master.
+    pub(super) ms2: Ms2State,
     is_clear: bool,
     outcome: Option<MasterOutcome>,
     end: Option<SlaveConnectionEnd>,
@@ -92,6 +95,7 @@ impl ProfibusMaster {
             repetition: None,
             waiting_since: Time::ZERO,
             exchange: None,
+            ms2: Ms2State::default(),
             is_clear: false,
             outcome: None,
             end: None,
@@ -116,13 +120,18 @@ impl ProfibusMaster {
         }
         self.replan();
         self.outcome = None;
-        self.due = Some((now, request));
+        if self.job.is_some() && request != MasterRequest::Abort {
+            // An Idle of MS2 has not been answered yet.
+            self.ms2.queued = Some((now, request));
+        } else {
+            self.due = Some((now, request));
+        }
         Ok(())
     }
 
     /// Whether the last request has not ended yet.
     pub fn is_busy(&self) -> bool {
-        self.job.is_some() || self.due.is_some()
+        self.due.is_some() || self.ms2.queued.is_some() || self.job.is_some() && !self.ms2.is_idle
     }
 
     /// Takes the outcome of the last request, once.
@@ -238,7 +247,7 @@ impl ProfibusMaster {
             request => (request, None),
         };
         self.repetition = times.map(Repetition::new);
-        match MasterJob::new(request, now, &self.settings, pace, released.as_deref()) {
+        match MasterJob::new(request, now, &self.settings, pace, released.as_deref(), self.ms2.connection) {
             Ok(job) if times.is_some() && !job.is_repeatable() => self.outcome = Some(NOT_REPEATABLE),
             Ok(job) => self.job = Some(job),
             Err(outcome) => self.outcome = Some(outcome),
@@ -248,6 +257,7 @@ impl ProfibusMaster {
     fn abort(&mut self) {
         let had = self.exchange.take().is_some() | self.job.take().is_some();
         self.repetition = None;
+        self.ms2 = Ms2State::default();
         if let MediumAccess::AwaitingAnswer(transfer, _) = &mut self.access
             && transfer.purpose != Purpose::Gap
         {
@@ -263,6 +273,10 @@ impl ProfibusMaster {
             && !start_up.standing
         {
             self.exchange = None;
+        }
+        if core::mem::take(&mut self.ms2.is_idle) {
+            (self.job, self.due) = (None, self.ms2.queued.take());
+            return;
         }
         let outcome = match self.repetition.take() {
             Some(repetition) => repetition.outcome(outcome),
@@ -282,6 +296,7 @@ impl ProfibusMaster {
         self.silent_since = self.later(now, BitTimes::of_octets(length));
         self.pause = self.settings.idle;
         self.hearing = None;
+        self.keep_ms2(now);
     }
 
     /// Sends `message` and waits for its answer, if its function has one.
@@ -410,7 +425,11 @@ impl ProfibusMaster {
                     self.counts.forget(message.to);
                     self.counts.forget(*new);
                 }
-                if let Some(outcome) = job.answered(now, answer) {
+                if let MasterJob::Ms2(job) = job {
+                    if let Some(result) = job.answered(now, answer) {
+                        self.ms2_done(now, result);
+                    }
+                } else if let Some(outcome) = job.answered(now, answer) {
                     self.conclude(outcome);
                 }
             }

@@ -34,12 +34,6 @@ impl DpMessage {
         DpMessage { to, dsap: None, ssap: None, function: RequestFunction::SRD_HIGH, data }
     }
 
-    /// A PDU of MS1; an empty one is a poll.
-    pub fn acyclic(to: u8, data: Vec<u8>) -> DpMessage {
-        let (dsap, ssap) = (Some(SlaveSap::SERVER.0), Some(MasterSap::MS1.0));
-        DpMessage { to, dsap, ssap, function: RequestFunction::SRD_LOW, data }
-    }
-
     pub fn global_control(to: u8, control: GlobalControl) -> DpMessage {
         let mut data = Vec::new();
         control.write(&mut data);

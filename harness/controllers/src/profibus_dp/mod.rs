@@ -15,6 +15,9 @@ mod live_timing;
 mod master;
 mod medium;
 mod message;
+mod ms2;
+mod ms2_outcome;
+mod ms2_state;
 mod outcome;
 mod repetition;
 mod request;
@@ -24,12 +27,15 @@ mod startup;
 pub use connection::{ClearOutputs, IsoModeClock, SlaveConfig, StartUpService};
 pub use live_timing::LiveBusTiming;
 pub use master::ProfibusMaster;
+pub use ms2_outcome::{Ms2End, Ms2Opened, Ms2Outcome};
 pub use outcome::{
     AcyclicError, ConnectionState, DataLinkAnswer, DpParameterOutcome, DpRecordOutcome, MasterOutcome, RepeatedAnswers,
     SlaveConnectionEnd, SlaveFailureReason, SlaveReleaseOutcome, SlaveStartUpFailure, SlaveStartUpResult,
     SlaveStartUpStage,
 };
-pub use request::{DamagedDpFrame, MasterBusy, MasterRequest, MasterSettings, broken_frames};
+pub use request::{
+    DamagedDpFrame, MasterBusy, MasterRequest, MasterSettings, Ms2Parameters, Ms2Service, broken_frames,
+};
 
 /// The slot of the outputs of a slave in [`CyclicOutputs`](crate::outputs::CyclicOutputs); a DP slave has one image.
 pub const OUTPUT_SLOT: u16 = 1;

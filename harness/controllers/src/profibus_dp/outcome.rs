@@ -2,6 +2,7 @@
 //!
 //! The master reports how its own requests ended; observers read from the frames what the slave did.
 
+use super::ms2_outcome::{Ms2End, Ms2Outcome};
 use crate::words::words;
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -35,6 +36,8 @@ pub enum MasterOutcome {
         /// What came within the slot time.
         answer: DataLinkAnswer,
     },
+    /// Outcome of a request on MS2.
+    Ms2(Ms2Outcome),
     /// Outcome of a repeated request.
     Repeated(Box<RepeatedAnswers>),
     /// The request cannot be carried out now; the sentence says why.
@@ -169,6 +172,8 @@ pub enum DpRecordOutcome {
     },
     /// The slave refused.
     Refused(Dpv1Refusal),
+    /// On MS2 the slave closed the connection instead of answering.
+    Aborted(Ms2End),
     /// The service returned no answer.
     Failed(AcyclicError),
 }

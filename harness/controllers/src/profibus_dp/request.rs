@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::dpv1::{Dpv1AbortReason, Endpoint, InitiateFeatures, Subnet};
 use wire::profibus::fdl::{BaudRate, BitTimes};
 use wire::profibus::global_control::GlobalControl;
 
@@ -177,6 +178,14 @@ pub enum MasterRequest {
         /// The bytes of the request, valid or not.
         request: Vec<u8>,
     },
+    /// A service of a class 2 master; the connection stands until Abort, and the master keeps it alive by Idle. Returns
+    /// [`MasterOutcome::Ms2`](super::MasterOutcome::Ms2).
+    Ms2 {
+        /// Address of the slave.
+        to: u8,
+        /// The service.
+        service: Ms2Service,
+    },
     /// Any data link request, with or without an answer. Returns [`MasterOutcome::Answer`](super::MasterOutcome::Answer).
     Service {
         /// Address of the station.
@@ -208,6 +217,58 @@ pub enum MasterRequest {
         /// The kind of damage.
         broken: DamagedDpFrame,
     },
+}
+
+/// A service on the connection of a class 2 master (MS2).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ms2Service {
+    /// Opens the connection; a master has one.
+    Initiate(Ms2Parameters),
+    /// Reads a record.
+    Read {
+        /// The slot.
+        slot: u8,
+        /// The index.
+        index: u8,
+        /// Maximum length, up to 240 bytes.
+        length: u8,
+    },
+    /// Writes a record.
+    Write {
+        /// The slot.
+        slot: u8,
+        /// The index.
+        index: u8,
+        /// The record, up to 240 bytes.
+        data: Vec<u8>,
+    },
+    /// Closes the connection.
+    Abort {
+        /// The origin of the abort.
+        subnet: Subnet,
+        /// Instance and reason.
+        reason: Dpv1AbortReason,
+    },
+}
+
+/// What a class 2 master says of itself in Initiate.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ms2Parameters {
+    /// Send_Timeout in 10 ms: the maximum time without a PDU on the connection.
+    pub send_timeout: u16,
+    /// Features, profile and the additional addresses (S_Type, S_Addr, D_Type, D_Addr).
+    pub abilities: InitiateFeatures,
+}
+
+impl Default for Ms2Parameters {
+    /// A Send_Timeout of 1 s, reading and writing, no profile, and the API 0 of both stations.
+    fn default() -> Ms2Parameters {
+        let api_0 = || Endpoint { kind: 0, address: Vec::from([0, 0]) };
+        let (source, destination) = (api_0(), api_0());
+        let (features, profile_features) = ([1, 0], [0, 0]);
+        let abilities = InitiateFeatures { features, profile_features, profile: 0, source, destination };
+        Ms2Parameters { send_timeout: 100, abilities }
+    }
 }
 
 /// The master has not finished the previous request.

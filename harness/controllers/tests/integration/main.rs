@@ -4,6 +4,7 @@ mod common;
 mod connection;
 mod dp;
 mod dp_exchange;
+mod dp_ms2;
 mod dp_profirust;
 mod dp_repetition;
 mod dp_services;

@@ -37,6 +37,7 @@ mod null_devices;
 mod on_two_threads;
 mod personas;
 mod plain_devices;
+mod profibus_class_2;
 mod profibus_models;
 mod random_sequences;
 mod record;

@@ -152,11 +152,13 @@ pub fn record(outcome: &DpRecordOutcome) -> ReceivedReply {
     match outcome {
         DpRecordOutcome::Accepted { .. } => ReceivedReply::Accepted,
         DpRecordOutcome::Refused(refusal) => refused(refusal),
+        DpRecordOutcome::Aborted(end) => ReceivedReply::Refused(NegativeResponse::Abort(end.reason.0)),
         DpRecordOutcome::Failed(error) => failed(error),
     }
 }
 
-fn refused(refusal: &Dpv1Refusal) -> ReceivedReply {
+/// A refusal with its error bytes.
+pub fn refused(refusal: &Dpv1Refusal) -> ReceivedReply {
     let Dpv1Refusal { decode, code_1, code_2, .. } = *refusal;
     ReceivedReply::Refused(NegativeResponse::Dpv1 { decode: decode.0, code1: code_1, code2: code_2 })
 }

@@ -79,6 +79,8 @@ impl BusDriver for ProfibusDriver {
 
     fn undo_settings(&self, run: &mut RunningTrial<'_>) {
         run.clock(Some(false), Some(Duration::ZERO));
+        run.close_ms2(false);
+        run.close_ms2(true);
     }
 
     fn identity(&self, run: &RunningTrial<'_>) -> Option<String> {

@@ -1,21 +1,77 @@
 //! `send` on PROFIBUS: one service, sent once and unchanged.
 
-use super::access::record;
-use super::{reply, unexpected};
+use super::access::{record, refused};
+use super::{failed, reply, unexpected};
 use crate::trial::RunningTrial;
 use crate::trial::step_error::{BoxedStepError, StepError, StepResult};
 use controllers::profibus_dp::{
-    DamagedDpFrame, DataLinkAnswer, DpRecordOutcome, MasterOutcome, MasterRequest, RepeatedAnswers,
+    DamagedDpFrame, DataLinkAnswer, DpRecordOutcome, MasterOutcome, MasterRequest, Ms2Opened, Ms2Outcome,
+    Ms2Parameters, Ms2Service, ProfibusMaster, RepeatedAnswers,
 };
 use expression::{HistoryState, Program, Value};
-use judge::answer::ReceivedReply;
+use judge::answer::{NegativeResponse, ReceivedReply};
 use results::outcome::{FailureCause, JudgedPart};
 use results::verdict::Verdict;
 use suite::model::{AnswerMatcher, AnswerPart, DpService};
 use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::dpv1::{Dpv1AbortReason, Dpv1Pdu, Endpoint, InitiateFeatures, Subnet};
 use wire::profibus::fdl::BROADCAST;
 use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::sap::{MasterSap, SlaveSap};
+
+/// Instance and reason of an Abort: the user, without a reason.
+const BY_THE_USER: Dpv1AbortReason = Dpv1AbortReason(0x20);
+
+/// The service of the master for one of the suite; another service than those of MS2 is none.
+fn ms2_service(service: &DpService) -> Ms2Service {
+    match service {
+        DpService::Ms2Initiate { send_timeout, features, profile_features, profile, source, destination } => {
+            let end = |(kind, address): &(u8, Vec<u8>)| Endpoint { kind: *kind, address: address.clone() };
+            let abilities = InitiateFeatures {
+                features: *features,
+                profile_features: *profile_features,
+                profile: *profile,
+                source: end(source),
+                destination: end(destination),
+            };
+            Ms2Service::Initiate(Ms2Parameters { send_timeout: *send_timeout, abilities })
+        }
+        DpService::Ms2Read { slot, index, length } => Ms2Service::Read { slot: *slot, index: *index, length: *length },
+        DpService::Ms2Write { slot, index, bytes } => {
+            Ms2Service::Write { slot: *slot, index: *index, data: bytes.clone() }
+        }
+        DpService::Ms2Abort { subnet, reason } => {
+            Ms2Service::Abort { subnet: Subnet(*subnet), reason: Dpv1AbortReason(*reason) }
+        }
+        _ => Ms2Service::Abort { subnet: Subnet::NO, reason: BY_THE_USER },
+    }
+}
+
+/// The answer to a request on MS2; `replies` gets its bytes: of a record, or of the response to Initiate.
+fn ms2(outcome: &Ms2Outcome, replies: &mut Vec<(AnswerPart, ReceivedReply)>) -> ReceivedReply {
+    let mut bytes = |octets: &[u8]| replies.push((AnswerPart::Bytes, ReceivedReply::Value(Value::bytes(octets))));
+    match outcome {
+        Ms2Outcome::Opened(opened) => {
+            let Ms2Opened { most_data, abilities, .. } = opened;
+            let response = Dpv1Pdu::InitiateResponse { most_data: *most_data, abilities: abilities.clone() };
+            let mut octets = Vec::new();
+            response.write(&mut octets);
+            bytes(octets.get(1..).unwrap_or_default());
+            ReceivedReply::Accepted
+        }
+        Ms2Outcome::Record(outcome) => {
+            if let DpRecordOutcome::Accepted { data } = outcome {
+                bytes(data);
+            }
+            record(outcome)
+        }
+        Ms2Outcome::Kept => ReceivedReply::Accepted,
+        Ms2Outcome::Refused(refusal) => refused(refusal),
+        Ms2Outcome::Ended(end) => ReceivedReply::Refused(NegativeResponse::Abort(end.reason.0)),
+        Ms2Outcome::Aborted(answer) => reply(answer),
+        Ms2Outcome::Failed(error) => failed(error),
+    }
+}
 
 impl<'a> RunningTrial<'a> {
     /// Sends a service and judges its answer, and the answers to its repetitions.
@@ -55,6 +111,7 @@ impl<'a> RunningTrial<'a> {
                 }
                 record(&outcome)
             }
+            MasterOutcome::Ms2(outcome) => ms2(&outcome, &mut replies),
             // These have no answer, so they say nothing about the device.
             MasterOutcome::Sent => return Ok(()),
             outcome => return Err(unexpected(&outcome)),
@@ -65,12 +122,7 @@ impl<'a> RunningTrial<'a> {
     }
 
     /// Sends a request whose frames are each sent again; fails if a repetition is answered differently, or if nothing was repeated.
-    fn repeated(
-        &mut self,
-        second: bool,
-        request: MasterRequest,
-        times: u8,
-    ) -> Result<MasterOutcome, BoxedStepError> {
+    fn repeated(&mut self, second: bool, request: MasterRequest, times: u8) -> Result<MasterOutcome, BoxedStepError> {
         let request = MasterRequest::Repeated { request: Box::new(request), times };
         let RepeatedAnswers { outcome, answered, difference } = match self.ask_master(second, request)? {
             MasterOutcome::Repeated(answers) => *answers,
@@ -85,6 +137,7 @@ impl<'a> RunningTrial<'a> {
         }
         let is_answered = match &outcome {
             MasterOutcome::Answer(answer) => answer.is_frame(),
+            MasterOutcome::Ms2(outcome) => !matches!(outcome, Ms2Outcome::Failed(_)),
             outcome => matches!(outcome, MasterOutcome::Record(DpRecordOutcome::Accepted { .. })),
         };
         if answered == 0 && is_answered {
@@ -133,7 +186,21 @@ impl<'a> RunningTrial<'a> {
             DpService::Write { slot, index, bytes } => {
                 MasterRequest::Write { to, slot: *slot, index: *index, data: bytes.clone() }
             }
+            DpService::Ms2Initiate { .. }
+            | DpService::Ms2Read { .. }
+            | DpService::Ms2Write { .. }
+            | DpService::Ms2Abort { .. } => MasterRequest::Ms2 { to, service: ms2_service(service) },
         })
+    }
+
+    /// Closes the MS2 connection of a master, if one stands.
+    pub(super) fn close_ms2(&mut self, second: bool) {
+        let master = self.world.stations.master(usize::from(second));
+        if let Some(to) = master.and_then(ProfibusMaster::ms2_slave) {
+            let service = Ms2Service::Abort { subnet: Subnet::NO, reason: BY_THE_USER };
+            // A slave that does not answer closes the connection by itself after its timeout.
+            let _ = self.ask_master(second, MasterRequest::Ms2 { to, service });
+        }
     }
 
     /// Sends a frame that is damaged on purpose, and judges what comes within the slot time if the suite says what is right.

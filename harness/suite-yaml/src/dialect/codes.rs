@@ -1,6 +1,7 @@
 //! Words of refusals: the tables that a service has on either bus, and which numbers a word stands for.
 
 use suite::model::Code;
+use wire::profibus::dpv1::Dpv1AbortReason;
 use wire::profibus::fdl::AnswerFunction;
 use wire::profidrive::ErrorNumber;
 use wire::profinet::dcp::BlockError;
@@ -55,7 +56,12 @@ pub(crate) fn on_profibus(service: Service) -> Tables {
         Service::Parameters | Service::Last => {
             [("PROFIdrive", parameter().collect())].into_iter().chain(both).collect()
         }
-        Service::Record | Service::Station | Service::Dp | Service::Connect => both.into(),
+        Service::Dp => {
+            let all = Dpv1AbortReason::TABLE.iter();
+            let abort = all.map(|(code, word, _)| (*word, Code::Abort(code.0, (*word).to_owned()))).collect();
+            both.into_iter().chain([("Abort of MS2", abort)]).collect()
+        }
+        Service::Record | Service::Station | Service::Connect => both.into(),
     }
 }
 

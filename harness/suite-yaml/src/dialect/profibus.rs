@@ -89,6 +89,10 @@ pub(super) static SERVICES: &[ServiceEntry] = &[
     (&read_outputs::KEYS, "RD_Outp."),
     (&ds_read::KEYS, "DS_Read over MS1."),
     (&ds_write::KEYS, "DS_Write over MS1."),
+    (&ms2_initiate::KEYS, "Initiate: opens the connection of a class 2 master, which the master then keeps alive."),
+    (&ms2_read::KEYS, "DS_Read over MS2."),
+    (&ms2_write::KEYS, "DS_Write over MS2."),
+    (&ms2_abort::KEYS, "Abort: closes the MS2 connection."),
     (&broken::KEYS, "A damaged frame, by its word."),
 ];
 
@@ -168,6 +172,42 @@ key_set! {
         slot must Whole(0, 0xFF), "The slot.";
         index must Whole(0, 0xFF), "The index.";
         bytes must Octets, "The data.";
+    }
+}
+
+key_set! {
+    pub(crate) ms2_initiate "ms2_initiate" {
+        send_timeout may Time, "Send_Timeout, in steps of 10ms; 1s by default.";
+        features may OctetsOf(2), "Features_Supported, 01 00 by default: reading and writing.";
+        profile_features may OctetsOf(2), "Profile_Features_Supported, 00 00 by default.";
+        profile may Whole(0, 0xFFFF), "Profile_Ident_Number, 0 by default.";
+        s_type may Whole(0, 0xFF), "S_Type, 0 by default.";
+        s_addr may Octets, "S_Addr, 00 00 by default: API and SCL.";
+        d_type may Whole(0, 0xFF), "D_Type, 0 by default.";
+        d_addr may Octets, "D_Addr, 00 00 by default: API and SCL.";
+    }
+}
+
+key_set! {
+    pub(crate) ms2_read "ms2_read" {
+        slot must Whole(0, 0xFF), "The slot.";
+        index must Whole(0, 0xFF), "The index.";
+        length must Whole(0, 0xFF), "How many bytes are read at most.";
+    }
+}
+
+key_set! {
+    pub(crate) ms2_write "ms2_write" {
+        slot must Whole(0, 0xFF), "The slot.";
+        index must Whole(0, 0xFF), "The index.";
+        bytes must Octets, "The data.";
+    }
+}
+
+key_set! {
+    pub(crate) ms2_abort "ms2_abort" {
+        subnet may Whole(0, 0xFF), "Subnet, 0 by default: none is given.";
+        reason may Whole(0, 0xFF), "Instance in bits 4 and 5, reason in bits 0 to 3; 0x20 by default: the user.";
     }
 }
 

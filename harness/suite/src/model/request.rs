@@ -201,6 +201,29 @@ pub enum DpService {
     },
     /// DS_Write over MS1.
     Write { slot: u8, index: u8, bytes: Vec<u8> },
+    /// Initiate: opens the MS2 connection of the master.
+    Ms2Initiate {
+        /// Send_Timeout in 10 ms.
+        send_timeout: u16,
+        features: [u8; 2],
+        profile_features: [u8; 2],
+        profile: u16,
+        /// S_Type and S_Addr.
+        source: (u8, Vec<u8>),
+        /// D_Type and D_Addr.
+        destination: (u8, Vec<u8>),
+    },
+    /// DS_Read over MS2.
+    Ms2Read {
+        slot: u8,
+        index: u8,
+        /// Requested length in bytes.
+        length: u8,
+    },
+    /// DS_Write over MS2.
+    Ms2Write { slot: u8, index: u8, bytes: Vec<u8> },
+    /// Abort: closes the MS2 connection.
+    Ms2Abort { subnet: u8, reason: u8 },
 }
 
 /// The expected answer.
@@ -242,4 +265,6 @@ pub enum Code {
     Fdl(u8, String),
     /// A negative response of DP-V1.
     Dpv1 { code1: u8, word: String },
+    /// Instance and reason of an Abort by which the slave ends an MS2 connection.
+    Abort(u8, String),
 }

@@ -468,7 +468,7 @@ impl<'a> Scan<'a> {
             AcyclicService::Dp(DpService::DataExchange(octets)) => {
                 self.all_outputs(octets.iter().all(|octet| *octet == 0), times);
             }
-            AcyclicService::Dp(DpService::Write { index, bytes, .. })
+            AcyclicService::Dp(DpService::Write { index, bytes, .. } | DpService::Ms2Write { index, bytes, .. })
                 if u16::from(*index) == self.manual.device.parameter_access.index =>
             {
                 self.parameter_request(bytes, times);
