@@ -11,6 +11,7 @@ use controllers::profibus_dp::DamagedDpFrame;
 use expression::Type;
 use std::time::Duration;
 use suite::model::{AcyclicService, DpService, StartDeviation};
+use wire::profibus::call::FunctionIndex;
 use wire::profibus::fdl::BaudRate;
 use wire::profibus::global_control::GlobalCommand;
 
@@ -61,6 +62,15 @@ impl StepScope<'_, '_> {
                 index: self.number(field("index")?, "an index")?,
                 bytes: octets(field("bytes")?)?,
             },
+            "im_read" | "ms2_im_read" => {
+                let record = field("record")?;
+                let number: u8 = self.number(record, "a number of a record")?;
+                if FunctionIndex::im(number).is_none() {
+                    return Err(record.wrong("there are I&M0 to I&M199"));
+                }
+                let class_2 = name == "ms2_im_read";
+                DpService::ImRead { slot: self.number(field("slot")?, "a slot")?, number, class_2 }
+            }
             "ms2_initiate" => self.ms2_initiate(fields)?,
             "ms2_read" => DpService::Ms2Read {
                 slot: self.number(field("slot")?, "a slot")?,

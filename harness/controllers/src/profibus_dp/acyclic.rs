@@ -10,6 +10,7 @@ use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::Time;
+use wire::profibus::call::{CALL_INDEX, Call, ExtendedFunction, FunctionIndex};
 use wire::profibus::dpv1::{Dpv1Function, Dpv1Pdu, Dpv1Record, Dpv1Refusal, PduDirection};
 use wire::profibus::fdl::RequestFunction;
 use wire::profibus::sap::{MasterSap, SlaveSap};
@@ -61,6 +62,8 @@ pub(super) struct RecordJob {
     point: AcyclicPoint,
     request: Dpv1Record,
     is_write: bool,
+    /// The function that a CALL reads: its header is written first.
+    call: Option<FunctionIndex>,
     requested: bool,
     pace: AcyclicTiming,
     next: Time,
@@ -84,7 +87,15 @@ impl RecordJob {
     }
 
     fn new(now: Time, pace: AcyclicTiming, point: AcyclicPoint, request: Dpv1Record, is_write: bool) -> RecordJob {
-        RecordJob { point, request, is_write, requested: false, pace, next: now, until: now + pace.patience }
+        let (next, until) = (now, now + pace.patience);
+        RecordJob { point, request, is_write, call: None, requested: false, pace, next, until }
+    }
+
+    /// CALL: writes the header of the function to index 255, then reads index 255.
+    pub fn call(now: Time, pace: AcyclicTiming, point: AcyclicPoint, slot: u8, index: FunctionIndex) -> RecordJob {
+        let mut header = Vec::new();
+        Call::read_of(index).write(&mut header);
+        RecordJob { call: Some(index), ..RecordJob::write(now, pace, point, (slot, CALL_INDEX), header) }
     }
 
     /// When it has something to send.
@@ -122,8 +133,41 @@ impl RecordJob {
                 (self.next, self.until) = (now + self.pace.poll, now + self.pace.patience);
                 None
             }
-            Some(data) => Some(self.read_answer(data)),
+            Some(data) => {
+                let outcome = self.read_answer(data);
+                match self.call {
+                    Some(index) => self.called(now, index, outcome),
+                    None => Some(outcome),
+                }
+            }
         }
+    }
+
+    /// Continues a CALL after the outcome of its write or of a read; returns the data of the function without the header.
+    fn called(&mut self, now: Time, index: FunctionIndex, outcome: DpRecordOutcome) -> Option<DpRecordOutcome> {
+        let data = match outcome {
+            DpRecordOutcome::Accepted { data } => data,
+            DpRecordOutcome::Refused(refusal) if !self.is_write && is_not_ready(&refusal) && now < self.until => {
+                (self.requested, self.next) = (false, now + self.pace.poll);
+                return None;
+            }
+            outcome => return Some(outcome),
+        };
+        if self.is_write {
+            (self.is_write, self.requested, self.next) = (false, false, now);
+            (self.request.data, self.request.length) = (Vec::new(), LONGEST);
+            return None;
+        }
+        Some(match Call::parse(&data) {
+            Ok(Call { function: ExtendedFunction::CALL, index: answered, data, .. }) if answered == index => {
+                DpRecordOutcome::Accepted { data }
+            }
+            Ok(other) => {
+                let why = format!("function {:#04x} of index {} after CALL", other.function.0, other.index.0);
+                DpRecordOutcome::Failed(AcyclicError::Unfit(why))
+            }
+            Err(error) => DpRecordOutcome::Failed(AcyclicError::Unfit(error.to_string())),
+        })
     }
 
     fn read_answer(&self, data: &[u8]) -> DpRecordOutcome {

@@ -102,6 +102,9 @@ impl MasterJob {
             MasterRequest::Write { to, slot, index, data } => {
                 Ok(MasterJob::Record(RecordJob::write(now, pace, AcyclicPoint::ms1(to), (slot, index), data)))
             }
+            MasterRequest::Call { to, slot, index } => {
+                Ok(MasterJob::Record(RecordJob::call(now, pace, AcyclicPoint::ms1(to), slot, index)))
+            }
             MasterRequest::Parameter { to, slot, request } => {
                 Ok(MasterJob::Parameter(ParameterJob::new(now, pace, to, slot, request)))
             }

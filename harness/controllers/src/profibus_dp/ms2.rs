@@ -116,6 +116,11 @@ impl Ms2Job {
                 let (pace, point) = (connection.pace(pace), connection.point());
                 Ms2Step::Record { connection, job: RecordJob::write(now, pace, point, (slot, index), data) }
             }
+            Ms2Service::Call { slot, index } => {
+                let connection = connection?;
+                let (pace, point) = (connection.pace(pace), connection.point());
+                Ms2Step::Record { connection, job: RecordJob::call(now, pace, point, slot, index) }
+            }
             Ms2Service::Abort { subnet, reason } => {
                 Ms2Step::Abort { connection: connection?, subnet, reason, after: None, since: now }
             }

@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::call::FunctionIndex;
 use wire::profibus::dpv1::{Dpv1AbortReason, Endpoint, InitiateFeatures, Subnet};
 use wire::profibus::fdl::{BaudRate, BitTimes};
 use wire::profibus::global_control::GlobalControl;
@@ -168,6 +169,15 @@ pub enum MasterRequest {
         /// The record, up to 240 bytes.
         data: Vec<u8>,
     },
+    /// CALL over MS1: reads a function behind index 255, such as I&M0. Returns [`MasterOutcome::Record`](super::MasterOutcome::Record).
+    Call {
+        /// Address of the slave.
+        to: u8,
+        /// The slot.
+        slot: u8,
+        /// The function.
+        index: FunctionIndex,
+    },
     /// A PROFIdrive base mode request: written to data set 47, then the response is read until it is ready. Returns
     /// [`MasterOutcome::Parameter`](super::MasterOutcome::Parameter).
     Parameter {
@@ -241,6 +251,13 @@ pub enum Ms2Service {
         index: u8,
         /// The record, up to 240 bytes.
         data: Vec<u8>,
+    },
+    /// CALL: reads a function behind index 255, such as I&M0.
+    Call {
+        /// The slot.
+        slot: u8,
+        /// The function.
+        index: FunctionIndex,
     },
     /// Closes the connection.
     Abort {

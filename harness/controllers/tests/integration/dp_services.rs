@@ -10,6 +10,7 @@ use station::{Outbox, Station, Time};
 use virtual_wire::VirtualBus;
 use virtual_wire::null::{DiesAfter, Silent};
 use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::call::FunctionIndex;
 use wire::profibus::fdl::{AnswerFunction, FdlFrame, StationType};
 
 fn acyclic(rig: &MasterRig) -> Vec<(usize, String)> {
@@ -89,6 +90,36 @@ fn a_response_before_the_first_poll_does_not_fit() {
         panic!("{outcome:?}")
     };
     assert!(why.contains("answer to the request itself"), "{why}");
+}
+
+/// The slave answers state conflict until the data are there; the response has to begin with the header of the same function.
+#[test]
+fn a_call_writes_its_header_and_reads_until_the_data_are_there() {
+    let mut rig = MasterRig::standing(connection());
+    rig.slave.say = |toy, dsap, data| {
+        if dsap != Some(51) || data.is_empty() {
+            return None;
+        }
+        let reads = toy.executed.iter().filter(|(_, data)| data.first() == Some(&0x5E)).count();
+        toy.record = Some(match data {
+            [0x5F, slot, 255, 4, 0x08, 0, 0xFD, 0xE8] => vec![0x5F, *slot, 255, 4],
+            [0x5E, slot, 255, 240] if reads > 2 => vec![0x5E, *slot, 255, 6, 0x08, 0, 0xFD, 0xE8, 7, 9],
+            [0x5F, slot, 255, 4, 0x08, 0, 0xFD, 0xE9] => vec![0x5F, *slot, 255, 4],
+            _ => vec![0xDE, 0x80, 0xB5, 0],
+        });
+        Some(SlaveReaction::Short)
+    };
+    let call = |index| MasterRequest::Call { to: SLAVE, slot: 1, index };
+    let accepted = DpRecordOutcome::Accepted { data: vec![7, 9] };
+    assert_eq!(rig.ask(call(FunctionIndex::IM0)), MasterOutcome::Record(accepted));
+    let reads = rig.slave.executed.iter().filter(|(_, data)| data.first() == Some(&0x5E)).count();
+    assert_eq!(reads, 3);
+    // The answer is still that of I&M0.
+    let MasterOutcome::Record(DpRecordOutcome::Failed(AcyclicError::Unfit(why))) = rig.ask(call(FunctionIndex::IM1))
+    else {
+        panic!("another function")
+    };
+    assert!(why.contains("65000"), "{why}");
 }
 
 /// A slave whose answers all come from this station to that one.

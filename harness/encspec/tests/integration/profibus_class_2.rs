@@ -17,6 +17,7 @@ use device_stack::Attached;
 use device_stack::profibus::DpDevice;
 use station::{Duration, Time};
 use virtual_wire::VirtualBus;
+use wire::profibus::call::{DpIm0, FunctionIndex};
 use wire::profibus::dpv1::{Dpv1AbortReason, RecordError, Subnet};
 use wire::profibus::fdl::BaudRate;
 
@@ -123,4 +124,19 @@ fn requests_and_polls_are_repeated_on_the_connection() {
     };
     assert_eq!(answers.outcome, MasterOutcome::Ms2(Ms2Outcome::Record(accepted(&[1, 2, 3]))));
     assert!(answers.answered >= 4 && answers.difference.is_none(), "{answers:?}");
+}
+
+#[test]
+fn identification_is_read_by_call() {
+    let mut rig = Class2::new();
+    rig.open();
+    let outcome = rig.ask(Ms2Service::Call { slot: 0, index: FunctionIndex::IM0 });
+    let MasterOutcome::Ms2(Ms2Outcome::Record(DpRecordOutcome::Accepted { data })) = outcome else {
+        panic!("{outcome:?}")
+    };
+    let record = DpIm0::parse(&data).expect("the record of the toy slave");
+    assert_eq!((record.im0.vendor_id, &record.im0.serial_number), (1, b"0000000000000042"));
+    // The toy slave has no I&M1.
+    let outcome = rig.ask(Ms2Service::Call { slot: 0, index: FunctionIndex::IM1 });
+    assert!(matches!(outcome, MasterOutcome::Ms2(Ms2Outcome::Record(DpRecordOutcome::Refused(_)))), "{outcome:?}");
 }

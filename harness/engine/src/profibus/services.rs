@@ -14,6 +14,7 @@ use results::outcome::{FailureCause, JudgedPart};
 use results::verdict::Verdict;
 use suite::model::{AnswerMatcher, AnswerPart, DpService};
 use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::call::FunctionIndex;
 use wire::profibus::dpv1::{Dpv1AbortReason, Dpv1Pdu, Endpoint, InitiateFeatures, Subnet};
 use wire::profibus::fdl::BROADCAST;
 use wire::profibus::global_control::{GlobalCommand, GlobalControl};
@@ -185,6 +186,13 @@ impl<'a> RunningTrial<'a> {
             }
             DpService::Write { slot, index, bytes } => {
                 MasterRequest::Write { to, slot: *slot, index: *index, data: bytes.clone() }
+            }
+            DpService::ImRead { slot, number, class_2 } => {
+                let index = FunctionIndex::im(*number).unwrap_or(FunctionIndex::IM0);
+                match class_2 {
+                    true => MasterRequest::Ms2 { to, service: Ms2Service::Call { slot: *slot, index } },
+                    false => MasterRequest::Call { to, slot: *slot, index },
+                }
             }
             DpService::Ms2Initiate { .. }
             | DpService::Ms2Read { .. }

@@ -89,6 +89,11 @@ pub(super) static SERVICES: &[ServiceEntry] = &[
     (&read_outputs::KEYS, "RD_Outp."),
     (&ds_read::KEYS, "DS_Read over MS1."),
     (&ds_write::KEYS, "DS_Write over MS1."),
+    (
+        &im_read::KEYS,
+        "I&M0, I&M1 and so on, over MS1: CALL by index 255; the answer is the record without the header of CALL.",
+    ),
+    (&ms2_im_read::KEYS, "The same over MS2."),
     (&ms2_initiate::KEYS, "Initiate: opens the connection of a class 2 master, which the master then keeps alive."),
     (&ms2_read::KEYS, "DS_Read over MS2."),
     (&ms2_write::KEYS, "DS_Write over MS2."),
@@ -172,6 +177,20 @@ key_set! {
         slot must Whole(0, 0xFF), "The slot.";
         index must Whole(0, 0xFF), "The index.";
         bytes must Octets, "The data.";
+    }
+}
+
+key_set! {
+    pub(crate) im_read "im_read" {
+        slot must Whole(0, 0xFF), "The slot.";
+        record must Whole(0, 199), "The record: 0 for I&M0.";
+    }
+}
+
+key_set! {
+    pub(crate) ms2_im_read "ms2_im_read" {
+        slot must Whole(0, 0xFF), "The slot.";
+        record must Whole(0, 199), "The record: 0 for I&M0.";
     }
 }
 

@@ -4,6 +4,7 @@
 //! cited as IEC 61158-4-3 (data link) and IEC 61158-6-3 (DP), with its field names.
 
 pub mod address;
+pub mod call;
 pub mod cfg;
 pub mod diag;
 pub mod dpv1;

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "an unwrap fails the test")]
 
 use crate::round_trip::written;
+use encspec_wire::profibus::call::{Call, DpIm0, FunctionIndex};
 use encspec_wire::profibus::cfg::{Identifier, IoLengths, Length, ManufacturerData, io_lengths};
 use encspec_wire::profibus::diag::{
     ChannelType, DiagnosisBlock, DiagnosisMessage, DpChannelDiagnosis, ErrorType, SlaveDiag, Status1, Status2,
@@ -144,4 +145,52 @@ fn connections() {
     let abort = Dpv1Pdu::parse(&hex("580113"), PduDirection::Request).unwrap();
     assert_eq!(abort, Dpv1Pdu::Abort { subnet: Subnet::LOCAL, reason: Dpv1AbortReason::TIMEOUT, more: Vec::new() });
     assert_eq!(Dpv1Pdu::parse(&hex("48"), PduDirection::Response), Ok(Dpv1Pdu::Idle(Vec::new())));
+}
+
+/// The Initiate of a transducer (Balluff BTL7-T500, configuration guide, tables 4-16 and 4-18); the additional addresses, which the tables
+/// shorten to the two APIs, with types and lengths.
+#[test]
+fn initiate_of_a_class_2_master() {
+    let request = hex("57 000000 0064 0100 0000 0303 00 02 00 02 0000 0000");
+    let Dpv1Pdu::InitiateRequest { reserved, send_timeout, abilities } =
+        Dpv1Pdu::parse(&request, PduDirection::Request).unwrap()
+    else {
+        panic!("no Initiate")
+    };
+    assert_eq!((reserved, send_timeout, abilities.features, abilities.profile), ([0; 3], 100, [1, 0], 0x0303));
+    assert_eq!((abilities.source.kind, abilities.source.address), (0, vec![0, 0]));
+    let response = hex("57 F0 0100 0000 0303 00 02 00 02 0000 0000");
+    let Dpv1Pdu::InitiateResponse { most_data, abilities } = Dpv1Pdu::parse(&response, PduDirection::Response).unwrap()
+    else {
+        panic!("no response")
+    };
+    assert_eq!((most_data, abilities.profile, abilities.destination.address), (240, 0x0303, vec![0, 0]));
+}
+
+/// The header of CALL for I&M0 (Balluff BTL7-T500, table 4-9; ABB FPBA-01, Call-REQ-PDU; ifm AC412S, I&M0 data).
+#[test]
+fn the_call_of_identification_and_maintenance_data() {
+    let call = Call::read_of(FunctionIndex::IM0);
+    assert_eq!(written(|out| call.write(out)), hex("0800 FDE8"));
+    assert_eq!(Call::parse(&hex("0800 FDE8")).unwrap(), call);
+    assert_eq!(FunctionIndex::im(2), Some(FunctionIndex(0xFDEA)), "the last of the ifm AC412S is I&M2");
+    assert_eq!(FunctionIndex::im(200), None);
+    assert!(Call::parse(&hex("0800 FD")).is_err());
+}
+
+/// I&M0 with the values of an adapter (ABB FPBA-01, response structure for I&M0): 10 bytes of the manufacturer, then 54.
+#[test]
+fn the_identification_of_a_module_on_profibus() {
+    let mut octets = b"FPBA-01   ".to_vec();
+    octets.extend(hex("001A"));
+    octets.extend(b"68469325            ");
+    octets.extend(b"1234567890ABCDEF");
+    octets.extend(hex("0001 56010000 0000 3A00 0000 0101 0003"));
+    assert_eq!(octets.len(), 64);
+    let record = DpIm0::parse(&octets).unwrap();
+    assert_eq!((record.im0.vendor_id, &record.im0.order_id), (0x001A, b"68469325            "));
+    assert_eq!((record.im0.software_revision.prefix, record.im0.profile_id), (b'V', 0x3A00));
+    assert_eq!((record.im0.im_version, record.im0.im_supported), ([1, 1], 3));
+    assert_eq!(written(|out| record.write(out)), octets);
+    assert!(DpIm0::parse(&octets[..63]).is_err() && DpIm0::parse(&[&octets[..], &[0]].concat()).is_err());
 }

@@ -31,6 +31,9 @@ pub const CFG: [u8; 2] = [0x11, 0x21];
 /// Lock_Req, watchdog 100 ms, min TSDR 11, ident number, group 1, DP-V1 enabled, one byte for the application.
 pub const PRM: [u8; 11] = [0x88, 10, 1, 11, 0xAB, 0xCD, 1, 0x80, 0, 0, 7];
 
+/// I&M0: the header of the manufacturer, then manufacturer 1, order number, serial number, revisions, profile, version 1.1.
+pub const IM0: [u8; 64] = *b"          \x00\x01TOY-1               0000000000000042\x00\x01V\x01\x00\x00\x00\x00\x3D\x00\x00\x00\x01\x01\x00\x00";
+
 pub fn bench(hooks: Attached<dyn SlaveHooks>) -> SlaveBench<DpDevice<ToySlaveApplication>> {
     let identity = SlaveIdentity {
         ident: IDENT,
@@ -110,6 +113,8 @@ impl SlaveApplication for ToySlaveApplication {
                 self.record = data.to_vec();
                 Ok(())
             }
+            // CALL of I&M0.
+            255 if data == [0x08, 0, 0xFD, 0xE8] => Ok(()),
             _ => Err(Dpv1RecordRefusal::error(RecordError::ACCESS_DENIED)),
         }
     }
@@ -117,6 +122,11 @@ impl SlaveApplication for ToySlaveApplication {
         match access.index {
             47 => {
                 out.extend_from_slice(&self.record);
+                Ok(())
+            }
+            255 => {
+                out.extend_from_slice(&[0x08, 0, 0xFD, 0xE8]);
+                out.extend_from_slice(&IM0);
                 Ok(())
             }
             _ => Err(Dpv1RecordRefusal::error(RecordError::INVALID_INDEX)),

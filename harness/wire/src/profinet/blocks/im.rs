@@ -79,6 +79,11 @@ impl Im0 {
     /// Reads the block with its header; fails on another type or version.
     pub fn read(reader: &mut ByteReader<'_>) -> Result<Im0> {
         let mut block = BlockHeader::read_only(reader, BlockType::IM0, "0x0020 in version 1.0")?;
+        Im0::read_fields(&mut block)
+    }
+
+    /// Reads the fields, which PROFIBUS has without a block header.
+    pub fn read_fields(block: &mut ByteReader<'_>) -> Result<Im0> {
         Ok(Im0 {
             vendor_id: block.u16()?,
             order_id: block.array()?,
@@ -105,19 +110,22 @@ impl Im0 {
 
     /// Appends the block.
     pub fn write(&self, out: &mut Vec<u8>) {
-        BlockHeader::write(BlockType::IM0, out, |out| {
-            let software = self.software_revision;
-            out.put_u16(self.vendor_id);
-            out.put(&self.order_id);
-            out.put(&self.serial_number);
-            out.put_u16(self.hardware_revision);
-            out.put(&[software.prefix, software.functional_enhancement, software.bug_fix, software.internal_change]);
-            out.put_u16(self.revision_counter);
-            out.put_u16(self.profile_id);
-            out.put_u16(self.profile_specific_type);
-            out.put(&self.im_version);
-            out.put_u16(self.im_supported);
-        });
+        BlockHeader::write(BlockType::IM0, out, |out| self.write_fields(out));
+    }
+
+    /// Appends the fields without a block header.
+    pub fn write_fields(&self, out: &mut Vec<u8>) {
+        let software = self.software_revision;
+        out.put_u16(self.vendor_id);
+        out.put(&self.order_id);
+        out.put(&self.serial_number);
+        out.put_u16(self.hardware_revision);
+        out.put(&[software.prefix, software.functional_enhancement, software.bug_fix, software.internal_change]);
+        out.put_u16(self.revision_counter);
+        out.put_u16(self.profile_id);
+        out.put_u16(self.profile_specific_type);
+        out.put(&self.im_version);
+        out.put_u16(self.im_supported);
     }
 }
 
