@@ -1,6 +1,6 @@
 //! Requests that the PROFIBUS master sends again with the same frame count bit.
 
-use crate::dp::{MasterRig, SLAVE, ScriptedSlave, connection, hex};
+use crate::dp::{MasterRig, SLAVE, ScriptedSlave, bits, connection, hex};
 use encspec_controllers::profibus_dp::{
     DataLinkAnswer, DpRecordOutcome, MasterOutcome, MasterRequest, RepeatedAnswers,
 };
@@ -121,6 +121,38 @@ fn silence_after_a_repetition_is_a_difference() {
     let mut rig = MasterRig::with(Silent);
     let answers = repeated(&mut rig, MasterRequest::Configuration { to: SLAVE }, 1);
     assert_eq!((answers.outcome, answers.difference), (MasterOutcome::Answer(DataLinkAnswer::None), None));
+}
+
+/// A slave after whose answer to Get_Cfg another master sends a token, before the repetition.
+struct WithIntruder(ScriptedSlave, Option<Time>);
+
+impl Station for WithIntruder {
+    fn receive(&mut self, now: Time, octets: &[u8], out: &mut Outbox) {
+        self.0.receive(now, octets, out);
+    }
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        if self.1.take_if(|due| *due <= now).is_some() {
+            out.push(&[0xDC, 9, 9]);
+        }
+        let is_answer = self.0.reply.as_ref().is_some_and(|(due, answer)| *due <= now && answer.contains(&0xE1));
+        self.0.wake(now, out);
+        if is_answer {
+            // The answer has 13 bytes; 20 bits of silence, where the master waits for 37.
+            self.1 = Some(now.after_nanos(bits(13 * 11 + 20)));
+        }
+    }
+    fn deadline(&self) -> Option<Time> {
+        self.0.deadline().into_iter().chain(self.1).min()
+    }
+}
+
+#[test]
+fn a_token_of_another_master_ends_the_repetition_without_accusing_the_slave() {
+    let mut rig = MasterRig::with(WithIntruder(ScriptedSlave::new(), None));
+    rig.ask(MasterRequest::Diagnosis { to: SLAVE });
+    let answers = repeated(&mut rig, MasterRequest::Configuration { to: SLAVE }, 1);
+    assert_eq!(answers.outcome, MasterOutcome::Answer(data(&[0xD1, 0xE1])));
+    assert_eq!((answers.answered, answers.difference), (0, None));
 }
 
 #[test]

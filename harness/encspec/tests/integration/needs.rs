@@ -124,6 +124,24 @@ fn a_step_needs_what_it_does(#[case] step: &str, #[case] expected: &[BenchNeed],
     }
 }
 
+/// On PROFIBUS the data after the four bytes of CALL are stored as I&M1 to I&M4.
+#[rstest]
+#[case::read("ds_write: { slot: 0, index: 255, bytes: \"08 00 FD E9\" }", false)]
+#[case::class_1("ds_write: { slot: 0, index: 255, bytes: \"08 00 FD E9 20\" }", true)]
+#[case::class_2("ms2_write: { slot: 0, index: 255, bytes: \"08 00 FD E9 20\" }", true)]
+#[case::another_index("ms2_write: { slot: 0, index: 254, bytes: \"08 00 FD E9 20\" }", false)]
+fn a_write_by_call_needs_the_consent_for_identification_data(#[case] service: &str, #[case] is_stored: bool) {
+    let topic = format!(
+        "suite: tried\ncases:\n  - id: tried\n    why: Tries a step.\n    covers: [A3M60-CFG-001]\n    start: {{ module: IO_04 }}\n    steps:\n      - send: {{ {service} }}\n"
+    );
+    let sources = suites::sources().with("sick-a3m60-profibus/tried.yaml", topic);
+    let manuals = load(&sources, Some("sick-a3m60-profibus")).unwrap_or_else(|errors| panic!("{errors}"));
+    let variant = &manuals[0].variants[0];
+    let trial = variant.trials.iter().find(|trial| trial.id == "tried/tried").expect("it was added");
+    let needs = needs(&manuals[0], variant, trial);
+    assert_eq!(needs.contains(&BenchNeed::Consent(Consent::ImRecords)), is_stored, "{needs:?}");
+}
+
 fn all_text(trial: &Trial) -> Vec<String> {
     use encspec::suite::model::{TrialStep, Verb};
     fn walk(steps: &[TrialStep], out: &mut Vec<String>) {

@@ -9,6 +9,7 @@ mod bench;
 mod toy;
 
 use self::toy::ToySlaveApplication;
+use crate::common::program::encspec;
 use controllers::profibus_dp::{
     DataLinkAnswer, DpRecordOutcome, MasterOutcome, MasterRequest, MasterSettings, Ms2Outcome, Ms2Parameters,
     Ms2Service, ProfibusMaster,
@@ -139,4 +140,50 @@ fn identification_is_read_by_call() {
     // The toy slave has no I&M1.
     let outcome = rig.ask(Ms2Service::Call { slot: 0, index: FunctionIndex::IM1 });
     assert!(matches!(outcome, MasterOutcome::Ms2(Ms2Outcome::Record(DpRecordOutcome::Refused(_)))), "{outcome:?}");
+}
+
+/// Cases for the A3M60, which serves records to its class 1 master only and has no identification data.
+const CASES: &str = r#"
+suite: class-2
+defaults: { start: { module: IO_04 } }
+cases:
+  - id: refused
+    why: There is no resource manager, and no record behind index 255.
+    covers: [A3M60-CFG-001]
+    steps:
+      - send: { ms2_initiate: { send_timeout: 500ms, profile: 0x3D00 } }
+        answer: { refused: no_service }
+      - send: { im_read: { slot: 0, record: 0 } }
+        answer: { refused: invalid_index }
+        repeats: 1
+  - id: accepted
+    why: A connection is opened.
+    covers: [A3M60-CFG-001]
+    steps:
+      - send: { ms2_initiate: {} }
+  - id: not-opened
+    why: A record is read over a connection that does not stand.
+    covers: [A3M60-CFG-001]
+    steps:
+      - send: { ms2_read: { slot: 0, index: 47, length: 240 } }
+"#;
+
+#[test]
+fn a_suite_uses_the_services_of_a_class_2_master() {
+    let folder = testing::Folder::new("class-2");
+    let entries = |path| std::fs::read_dir(path).expect("a folder").map(|entry| entry.expect("an entry").path());
+    for manual in entries(testing::workspace().join("suites")).filter(|path| path.is_dir()) {
+        let copy = folder.join("suites").join(manual.file_name().expect("a name"));
+        std::fs::create_dir_all(&copy).expect("a folder");
+        for file in entries(manual) {
+            std::fs::copy(&file, copy.join(file.file_name().expect("a name"))).expect("a copy");
+        }
+    }
+    std::fs::write(folder.join("suites/sick-a3m60-profibus/class-2.yaml"), CASES).expect("a topic");
+    let arguments =
+        ["run", "--suites", "suites", "--no-evidence", "--dut", "model:sick-a3m60-profibus/a3m60", "class-2/"];
+    let said = encspec(&folder, &arguments).all();
+    assert!(said.contains("1 pass, 1 fail, 1 inconclusive"), "{said}");
+    assert!(said.contains("observed refused: FDL answer 0x03 (no_service)"), "{said}");
+    assert!(said.contains("no MS2 connection stands with this slave"), "{said}");
 }

@@ -10,6 +10,7 @@ use crate::scan::observed_names;
 use expression::{NameId, Program, Value};
 use std::ops::RangeInclusive;
 use std::time::Duration;
+use wire::profibus::call::CALL_INDEX;
 use wire::profidrive::parameter::{ParameterRequest, RequestId};
 
 /// What a wait counts whose time follows from what the device does: it may be any.
@@ -17,6 +18,8 @@ const UNKNOWN_WAIT: Duration = Duration::from_secs(3600);
 
 /// Index of the older parameter access of PROFIdrive.
 const OLD_PARAMETER_ACCESS: u16 = 0x002F;
+/// Length of the header of CALL in bytes.
+const CALL_HEADER: usize = 4;
 /// Record indices of I&M1 to I&M4, which are stored in the device.
 const KEPT_RECORDS: RangeInclusive<u16> = 0xAFF1..=0xAFF4;
 
@@ -472,6 +475,12 @@ impl<'a> Scan<'a> {
                 if u16::from(*index) == self.manual.device.parameter_access.index =>
             {
                 self.parameter_request(bytes, times);
+            }
+            // Data after the header of CALL are written to I&M1 to I&M4.
+            AcyclicService::Dp(DpService::Write { index, bytes, .. } | DpService::Ms2Write { index, bytes, .. })
+                if *index == CALL_INDEX && bytes.len() > CALL_HEADER =>
+            {
+                self.im_record(false, times);
             }
             AcyclicService::RecordWrite { index, bytes, .. }
                 if [self.manual.device.parameter_access.index, OLD_PARAMETER_ACCESS].contains(index) =>
