@@ -4,7 +4,7 @@ use super::acyclic::{AcyclicPoint, AcyclicTiming, ParameterJob, RecordJob};
 use super::broken;
 use super::connection::SlaveConfig;
 use super::message::DpMessage;
-use super::ms2::{Ms2Connection, Ms2Job};
+use super::ms2::{Class2Connection, Ms2Job};
 use super::outcome::{ConnectionState, DataLinkAnswer, MasterOutcome, SlaveFailureReason, SlaveReleaseOutcome};
 use super::request::{MasterRequest, MasterSettings};
 use super::startup::SlaveStartUpJob;
@@ -67,7 +67,7 @@ impl MasterJob {
         settings: &MasterSettings,
         pace: AcyclicTiming,
         released: Option<&SlaveConfig>,
-        ms2: Option<Ms2Connection>,
+        ms2: Option<Class2Connection>,
     ) -> Result<MasterJob, MasterOutcome> {
         let single = |message| Ok(MasterJob::Single(message, now));
         match request {

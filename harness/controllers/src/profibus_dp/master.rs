@@ -7,7 +7,7 @@ use super::job::{MasterJob, MasterJobStep};
 use super::message::{DpMessage, FrameCountBits};
 use super::ms2_state::Ms2State;
 use super::outcome::{ConnectionState, DataLinkAnswer, MasterOutcome, SlaveConnectionEnd, SlaveReleaseOutcome};
-use super::repetition::Repetition;
+use super::repetition::RequestRepetition;
 use super::request::{MasterBusy, MasterRequest, MasterSettings};
 use super::ring::LogicalRing;
 use super::{OUTPUT_SLOT, OUTPUT_SUBSLOT};
@@ -52,7 +52,7 @@ pub struct ProfibusMaster {
     pub(super) due: Option<(Time, MasterRequest)>,
     pub(super) job: Option<MasterJob>,
     /// Set while the frames of the job are sent again after their answers.
-    pub(super) repetition: Option<Repetition>,
+    pub(super) repetition: Option<RequestRepetition>,
     /// Since when there is a job but no token.
     pub(super) waiting_since: Time,
     pub(super) exchange: Option<SlaveExchange>,
@@ -246,7 +246,7 @@ impl ProfibusMaster {
             MasterRequest::Repeated { request, times } => (*request, Some(times)),
             request => (request, None),
         };
-        self.repetition = times.map(Repetition::new);
+        self.repetition = times.map(RequestRepetition::new);
         match MasterJob::new(request, now, &self.settings, pace, released.as_deref(), self.ms2.connection) {
             Ok(job) if times.is_some() && !job.is_repeatable() => self.outcome = Some(NOT_REPEATABLE),
             Ok(job) => self.job = Some(job),

@@ -22,7 +22,7 @@ const SEND_TIMEOUT_UNIT: Duration = Duration::from_millis(10);
 
 /// A standing connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Ms2Connection {
+pub(super) struct Class2Connection {
     pub to: u8,
     /// The access point of the connection at the slave.
     pub sap: u8,
@@ -30,7 +30,7 @@ pub(super) struct Ms2Connection {
     pub send_timeout: Duration,
 }
 
-impl Ms2Connection {
+impl Class2Connection {
     /// When Idle is due after a frame at `now`.
     pub fn idle_due(&self, now: Time) -> Time {
         now + self.send_timeout / 2
@@ -58,13 +58,19 @@ enum Ms2Step {
     /// Initiate is sent, then the resource manager is polled.
     Manager { to: u8, parameters: Ms2Parameters, poll: PollState },
     /// The access point is polled for the response to Initiate.
-    Opening { connection: Ms2Connection, poll: PollState },
+    Opening { connection: Class2Connection, poll: PollState },
     /// A record is read or written.
-    Record { connection: Ms2Connection, job: RecordJob },
+    Record { connection: Class2Connection, job: RecordJob },
     /// Idle is sent and polled for.
-    Idle { connection: Ms2Connection, poll: PollState },
+    Idle { connection: Class2Connection, poll: PollState },
     /// Abort is sent, because the caller requested it or after a timeout with this outcome.
-    Abort { connection: Ms2Connection, subnet: Subnet, reason: Dpv1AbortReason, after: Option<Ms2Outcome>, since: Time },
+    Abort {
+        connection: Class2Connection,
+        subnet: Subnet,
+        reason: Dpv1AbortReason,
+        after: Option<Ms2Outcome>,
+        since: Time,
+    },
 }
 
 /// Where a request with its polls stands.
@@ -86,7 +92,7 @@ impl PollState {
 #[derive(Debug)]
 pub(super) struct Ms2Result {
     /// The connection after it.
-    pub connection: Option<Ms2Connection>,
+    pub connection: Option<Class2Connection>,
     pub outcome: Ms2Outcome,
 }
 
@@ -97,7 +103,7 @@ impl Ms2Job {
         pace: AcyclicTiming,
         to: u8,
         service: Ms2Service,
-        standing: Option<Ms2Connection>,
+        standing: Option<Class2Connection>,
     ) -> Result<Ms2Job, &'static str> {
         let connection =
             standing.filter(|standing| standing.to == to).ok_or("no MS2 connection stands with this slave");
@@ -129,7 +135,7 @@ impl Ms2Job {
     }
 
     /// Idle, which keeps a connection alive.
-    pub fn idle(now: Time, pace: AcyclicTiming, connection: Ms2Connection) -> Ms2Job {
+    pub fn idle(now: Time, pace: AcyclicTiming, connection: Class2Connection) -> Ms2Job {
         let poll = PollState::new(now, connection.pace(pace).patience);
         Ms2Job { step: Ms2Step::Idle { connection, poll }, pace }
     }
@@ -187,7 +193,7 @@ impl Ms2Job {
                 match pdu {
                     Dpv1Pdu::ResourceManager { sap, send_timeout } => {
                         let send_timeout = SEND_TIMEOUT_UNIT * u32::from(send_timeout.max(parameters.send_timeout));
-                        let connection = Ms2Connection { to: *to, sap, send_timeout };
+                        let connection = Class2Connection { to: *to, sap, send_timeout };
                         let mut poll = PollState::new(now, connection.pace(pace).patience);
                         poll.is_requested = true;
                         self.step = Ms2Step::Opening { connection, poll };
@@ -200,7 +206,7 @@ impl Ms2Job {
                 Polled::Waiting => None,
                 Polled::Failed(error) => self.give_up(now, error),
                 Polled::Pdu(Dpv1Pdu::InitiateResponse { most_data, abilities }) => {
-                    let Ms2Connection { sap, send_timeout, .. } = *connection;
+                    let Class2Connection { sap, send_timeout, .. } = *connection;
                     let opened = Ms2Opened { sap, send_timeout, most_data, abilities };
                     Some(Ms2Result { connection: Some(*connection), outcome: Ms2Outcome::Opened(opened) })
                 }
@@ -226,7 +232,7 @@ impl Ms2Job {
         }
     }
 
-    /// Ends the connection after a failure: after a timeout the slave is told by Abort.
+    /// Ends the connection after a failure: after a timeout the master sends Abort.
     fn give_up(&mut self, now: Time, error: AcyclicError) -> Option<Ms2Result> {
         let (connection, is_record) = match &self.step {
             Ms2Step::Record { connection, .. } => (*connection, true),

@@ -5,7 +5,7 @@
 use super::acyclic::AcyclicTiming;
 use super::job::MasterJob;
 use super::master::{POLL, ProfibusMaster};
-use super::ms2::{Ms2Connection, Ms2Job, Ms2Result};
+use super::ms2::{Class2Connection, Ms2Job, Ms2Result};
 use super::ms2_outcome::Ms2Outcome;
 use super::outcome::MasterOutcome;
 use super::request::MasterRequest;
@@ -15,7 +15,7 @@ use station::Time;
 /// The state of MS2.
 #[derive(Debug, Default)]
 pub(super) struct Ms2State {
-    pub connection: Option<Ms2Connection>,
+    pub connection: Option<Class2Connection>,
     /// When Idle is due, while a connection stands.
     idle_at: Option<Time>,
     /// Whether the current job is Idle.

@@ -14,7 +14,7 @@ use wire::profibus::fdl::FrameCount;
 
 /// The repetitions of the current request, and what they brought.
 #[derive(Debug)]
-pub(super) struct Repetition {
+pub(super) struct RequestRepetition {
     /// How often each frame is sent again.
     times: u8,
     /// Whether a Slave_Diag went ahead of the request.
@@ -32,14 +32,14 @@ pub(super) struct FrameRepetition {
     left: u8,
 }
 
-impl Repetition {
-    pub fn new(times: u8) -> Repetition {
-        Repetition { times, is_introduced: false, answered: 0, difference: None }
+impl RequestRepetition {
+    pub fn new(times: u8) -> RequestRepetition {
+        RequestRepetition { times, is_introduced: false, answered: 0, difference: None }
     }
 
     /// The outcome of the whole request, from that of its first answers.
     pub fn outcome(self, outcome: MasterOutcome) -> MasterOutcome {
-        let Repetition { answered, difference, .. } = self;
+        let RequestRepetition { answered, difference, .. } = self;
         MasterOutcome::Repeated(Box::new(RepeatedAnswers { outcome, answered, difference }))
     }
 
