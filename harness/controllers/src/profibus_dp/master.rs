@@ -8,8 +8,9 @@ use super::message::{DpMessage, FrameCountBits};
 use super::ms2_state::Ms2State;
 use super::outcome::{ConnectionState, DataLinkAnswer, MasterOutcome, SlaveConnectionEnd, SlaveReleaseOutcome};
 use super::repetition::RequestRepetition;
-use super::request::{MasterBusy, MasterRequest, MasterSettings};
+use super::request::{MasterBusy, MasterRequest};
 use super::ring::LogicalRing;
+use super::settings::MasterSettings;
 use super::{OUTPUT_SLOT, OUTPUT_SUBSLOT};
 use crate::outputs::CyclicOutputs;
 use alloc::string::String;
@@ -79,7 +80,7 @@ impl ProfibusMaster {
     /// A master outside the ring, in Operate, without a connection, with all outputs 0.
     pub fn new(settings: MasterSettings) -> ProfibusMaster {
         let ring = LogicalRing::new(settings.address, settings.highest, settings.gap_factor);
-        let pause = settings.idle;
+        let pause = settings.idle_after_answer();
         ProfibusMaster {
             settings,
             outputs: CyclicOutputs::default(),
@@ -294,7 +295,7 @@ impl ProfibusMaster {
             length = octets.len() - before;
         });
         self.silent_since = self.later(now, BitTimes::of_octets(length));
-        self.pause = self.settings.idle;
+        self.pause = self.settings.idle_after_answer();
         self.hearing = None;
         self.keep_ms2(now);
     }
@@ -306,7 +307,7 @@ impl ProfibusMaster {
         self.transmit(now, out, |octets| message.write(own, count, octets));
         let hold = TokenHold { has_worked: true, ..hold };
         if !message.expects_answer() {
-            self.pause = self.pause.max(self.settings.max_tsdr);
+            self.pause = self.settings.idle_after_unanswered();
             self.access = MediumAccess::Holding(hold);
             return;
         }

@@ -86,7 +86,7 @@ impl ProfibusMaster {
             }
             Action::Diagnosis | Action::Job => BitTimes::of_octets(2 * LONGEST).0 + slot,
         };
-        let lasts = self.time(BitTimes(bits + self.settings.idle.0));
+        let lasts = self.time(BitTimes(bits + self.settings.idle_after_answer().0));
         let most = connection.map_or(lasts, |of| of.cycle / 4);
         lasts.min(most)
     }
@@ -175,7 +175,7 @@ impl ProfibusMaster {
                         self.misfits.push((transfer.message.to, why.clone()));
                     }
                     transfer.unfit = Some(DataLinkAnswer::Unfit(why));
-                    transfer.until = self.later(now, self.settings.idle);
+                    transfer.until = self.later(now, self.settings.idle_after_answer());
                     self.access = MediumAccess::AwaitingAnswer(transfer, hold);
                 }
                 answer => self.answered(now, transfer, hold, answer),
@@ -253,7 +253,7 @@ impl Station for ProfibusMaster {
     fn receive(&mut self, now: Time, frame: &[u8], _out: &mut Outbox) {
         self.replan();
         self.hearing = None;
-        (self.silent_since, self.pause) = (now, self.settings.idle);
+        (self.silent_since, self.pause) = (now, self.settings.idle_after_answer());
         match FdlFrame::parse(frame) {
             Ok(frame) if self.is_of_other_master(&frame) => self.receive_foreign(now, frame),
             frame if matches!(self.access, MediumAccess::AwaitingAnswer(..)) => self.take_answer(now, frame),

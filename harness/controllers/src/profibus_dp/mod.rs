@@ -22,6 +22,7 @@ mod outcome;
 mod repetition;
 mod request;
 mod ring;
+mod settings;
 mod startup;
 
 pub use connection::{ClearOutputs, IsoModeClock, SlaveConfig, StartUpService};
@@ -33,9 +34,8 @@ pub use outcome::{
     SlaveConnectionEnd, SlaveFailureReason, SlaveReleaseOutcome, SlaveStartUpFailure, SlaveStartUpResult,
     SlaveStartUpStage,
 };
-pub use request::{
-    DamagedDpFrame, MasterBusy, MasterRequest, MasterSettings, Ms2Parameters, Ms2Service, broken_frames,
-};
+pub use request::{DamagedDpFrame, MasterBusy, MasterRequest, Ms2Parameters, Ms2Service, broken_frames};
+pub use settings::MasterSettings;
 
 /// The slot of the outputs of a slave in [`CyclicOutputs`](crate::outputs::CyclicOutputs); a DP slave has one image.
 pub const OUTPUT_SLOT: u16 = 1;

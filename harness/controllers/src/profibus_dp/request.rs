@@ -1,80 +1,14 @@
-//! The requests to a master, and its settings.
+//! The requests to a master.
 
 use super::connection::SlaveConfig;
 use crate::words::words;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::fmt;
-use core::time::Duration;
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::call::FunctionIndex;
 use wire::profibus::dpv1::{Dpv1AbortReason, Endpoint, InitiateFeatures, Subnet};
-use wire::profibus::fdl::{BaudRate, BitTimes};
 use wire::profibus::global_control::GlobalControl;
-
-/// Default timeout for a DP-V1 answer; no standard sets it.
-const ACYCLIC_TIMEOUT: Duration = Duration::from_secs(5);
-/// Default timeout for the token; no standard sets it.
-const TOKEN_TIMEOUT: Duration = Duration::from_secs(2);
-
-/// Address and bus parameters of a master.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MasterSettings {
-    /// Station address, 0 to 125.
-    pub address: u8,
-    /// Baud rate of the bus.
-    pub baud: BaudRate,
-    /// TSL: how long the master waits for the first character of an answer.
-    pub slot_time: BitTimes,
-    /// The longest time that a slave of this bus takes to answer (max TSDR). The bus stays idle for this time after a request
-    /// without answer.
-    pub max_tsdr: BitTimes,
-    /// TID1: the silence before a request; not below TSYN.
-    pub idle: BitTimes,
-    /// How long a master that is alone keeps the token when it has nothing to send; below six slot times.
-    pub token_pause: BitTimes,
-    /// TTR: the target rotation time of the token.
-    pub rotation: BitTimes,
-    /// How often an unanswered request is repeated.
-    pub retries: u8,
-    /// G: number of token rotations between two polls for new masters; 0: never.
-    pub gap_factor: u8,
-    /// HSA: the highest address that is polled.
-    pub highest: u8,
-    /// Timeout for a DP-V1 answer.
-    pub acyclic: Duration,
-    /// How long the master may wait for the token while it has something to send.
-    pub patience: Duration,
-}
-
-impl MasterSettings {
-    /// The usual parameters of a bus at `baud` (the defaults of GSD revision 3 for slot time and max TSDR).
-    pub fn new(address: u8, baud: BaudRate) -> MasterSettings {
-        let (slot, tsdr) = match baud.0 {
-            45_450 => (640, 250),
-            ..=187_500 => (100, 60),
-            187_501..=500_000 => (200, 100),
-            500_001..=1_500_000 => (300, 150),
-            1_500_001..=3_000_000 => (400, 250),
-            3_000_001..=6_000_000 => (600, 450),
-            _ => (1_000, 800),
-        };
-        MasterSettings {
-            address,
-            baud,
-            slot_time: BitTimes(slot),
-            max_tsdr: BitTimes(tsdr),
-            idle: BitTimes(37),
-            token_pause: BitTimes(5 * slot),
-            rotation: BitTimes(50_000),
-            retries: 1,
-            gap_factor: 10,
-            highest: 126,
-            acyclic: ACYCLIC_TIMEOUT,
-            patience: TOKEN_TIMEOUT,
-        }
-    }
-}
 
 /// A request to a master; it accepts one at a time.
 ///

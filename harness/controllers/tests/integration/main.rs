@@ -9,6 +9,7 @@ mod dp_profirust;
 mod dp_repetition;
 mod dp_services;
 mod dp_start_up;
+mod dp_token;
 mod exchange;
 mod hostile_frames;
 mod http;
