@@ -5,7 +5,9 @@ use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use wire::WireError;
-use wire::profibus::fdl::{BROADCAST, DataFrame, Extension, FdlFrame, FrameCount, FunctionCode, RequestFunction};
+use wire::profibus::fdl::{
+    BROADCAST, DataFrame, Extension, FdlFormat, FdlFrame, FrameCount, FunctionCode, RequestFunction,
+};
 use wire::profibus::global_control::GlobalControl;
 use wire::profibus::sap::{MasterSap, SlaveSap};
 
@@ -55,11 +57,17 @@ impl DpMessage {
         self.to != BROADCAST && self.function.expects_response()
     }
 
-    /// Appends the frame from the station `own`.
+    /// Appends the frame from the station `own`. As DP masters do it is SD1 or SD2: eight bytes are sent as SD2, although an SD3
+    /// of a slave is accepted (IEC 61158-6-3, telegram formats of DP).
     pub fn write(&self, own: u8, count: FrameCount, out: &mut Vec<u8>) {
         let extension = |sap| Extension { segment: None, sap };
         let fc = FunctionCode::request(self.function, count);
-        DataFrame::new((self.to, extension(self.dsap)), (own, extension(self.ssap)), fc, &self.data).write(out);
+        let frame = DataFrame::new((self.to, extension(self.dsap)), (own, extension(self.ssap)), fc, &self.data);
+        let format = match frame.format {
+            FdlFormat::EightOctets => FdlFormat::Variable,
+            other => other,
+        };
+        DataFrame { format, ..frame }.write(out);
     }
 
     /// The answer in `frame`, which followed this message.

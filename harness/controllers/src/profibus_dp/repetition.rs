@@ -93,7 +93,7 @@ impl ProfibusMaster {
         transfer.repetition = Some(FrameRepetition { first, left });
         transfer.retries = self.settings.retries.saturating_add(1);
         transfer.unfit = None;
-        transfer.until = self.later(now, self.settings.idle);
+        transfer.until = self.later(now, self.settings.idle_after_answer());
         self.access = MediumAccess::AwaitingAnswer(transfer, hold);
         None
     }

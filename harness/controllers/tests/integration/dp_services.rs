@@ -188,6 +188,26 @@ fn a_parameter_request_reads_again_while_the_answer_is_not_ready() {
 }
 
 #[test]
+fn eight_bytes_are_sent_in_sd2_and_accepted_in_sd3() {
+    let mut rig = MasterRig::new();
+    rig.slave.say = |_, _, data| Some(SlaveReaction::Data(AnswerFunction::DATA_LOW, data.to_vec()));
+    rig.run(Duration::from_millis(10));
+    rig.log.clear();
+    let eight = vec![1, 2, 3, 4, 5, 6, 7, 8];
+    let MasterOutcome::Answer(answer) = rig.ask(MasterRequest::DataExchange { to: SLAVE, octets: eight.clone() })
+    else {
+        panic!("a service has an answer")
+    };
+    assert_eq!(answer.data(), Some(&eight[..]));
+    // The checksum of the request by hand: 03 + 02 + 6D + 24 = 96h.
+    let frames: Vec<_> = rig.services().iter().map(|(_, _, _, octets)| hex(octets)).collect();
+    assert_eq!(
+        frames,
+        ["68 0B 0B 68 03 02 6D 01 02 03 04 05 06 07 08 96 16", "A2 02 03 08 01 02 03 04 05 06 07 08 31 16"]
+    );
+}
+
+#[test]
 fn setting_an_address_resets_the_frame_count_of_both_addresses() {
     let mut rig = MasterRig::new();
     rig.slave.address = 126;

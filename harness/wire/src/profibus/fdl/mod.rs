@@ -138,7 +138,7 @@ pub struct DataFrame<'a> {
 }
 
 impl<'a> DataFrame<'a> {
-    /// A frame between two access points, in the format that most masters use: SD1 without data, SD3 for 8 bytes, else SD2.
+    /// A frame between two access points, in the shortest format: SD1 without data, SD3 for 8 bytes, else SD2.
     #[inline]
     pub fn new(
         (da, destination): (u8, Extension),
