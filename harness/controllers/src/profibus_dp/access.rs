@@ -23,11 +23,14 @@ pub(super) enum MediumAccess {
 /// What the master has done since it received the token.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TokenHold {
-    pub since: Time,
+    /// The end of the token holding time (TTH), if there are other masters.
+    pub until: Time,
     /// Whether anything was sent.
     pub has_worked: bool,
     /// Whether a message of a request was sent; the next one waits for the next token.
     pub has_sent_message: bool,
+    /// Whether an address was polled for a master; only the token follows.
+    pub has_polled: bool,
     /// The address still to be polled for a master.
     pub gap: Option<u8>,
 }

@@ -200,10 +200,25 @@ impl MasterJob {
         }
     }
 
-    /// The outcome if the token does not arrive within `patience`.
-    pub fn without_token(&mut self, patience: core::time::Duration) -> MasterOutcome {
+    /// Whether its next message has high priority, as those of the DP-V0 services and raw bytes have. DP-V1, and the FDL status of a
+    /// station, have low priority.
+    pub fn is_high(&self) -> bool {
+        match self {
+            MasterJob::Single(message, _) => message.is_high(),
+            MasterJob::Record(_) | MasterJob::Parameter(_) | MasterJob::Ms2(_) => false,
+            MasterJob::SetAddress { .. }
+            | MasterJob::Raw { .. }
+            | MasterJob::Damaged { .. }
+            | MasterJob::StartUp(_)
+            | MasterJob::Release(..) => true,
+        }
+    }
+
+    /// The outcome if the token does not arrive within `patience`, or, where the master `is_starved`, always arrives too late.
+    pub fn without_token(&mut self, patience: core::time::Duration, is_starved: bool) -> MasterOutcome {
         match self {
             MasterJob::StartUp(job) => job.fail(SlaveFailureReason::NoToken(patience)),
+            _ if is_starved => MasterOutcome::Impossible("the token comes too late to leave time for the request"),
             _ => MasterOutcome::Impossible("the master does not get the token"),
         }
     }

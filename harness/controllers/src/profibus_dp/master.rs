@@ -56,6 +56,10 @@ pub struct ProfibusMaster {
     pub(super) repetition: Option<RequestRepetition>,
     /// Since when there is a job but no token.
     pub(super) waiting_since: Time,
+    /// Since when the token leaves no time for the job.
+    pub(super) starved_since: Option<Time>,
+    /// When the token was received last; TRR is measured from here.
+    pub(super) token_received: Option<Time>,
     pub(super) exchange: Option<SlaveExchange>,
     /// The connection of this master as a class 2 master.
     pub(super) ms2: Ms2State,
@@ -95,6 +99,8 @@ impl ProfibusMaster {
             job: None,
             repetition: None,
             waiting_since: Time::ZERO,
+            starved_since: None,
+            token_received: None,
             exchange: None,
             ms2: Ms2State::default(),
             is_clear: false,
@@ -242,7 +248,7 @@ impl ProfibusMaster {
         };
         let poll = self.exchange.as_ref().map_or(POLL, |exchange| exchange.connection.cycle.max(POLL));
         let pace = AcyclicTiming { poll, patience: self.settings.acyclic };
-        self.waiting_since = now;
+        (self.waiting_since, self.starved_since) = (now, None);
         let (request, times) = match request {
             MasterRequest::Repeated { request, times } => (*request, Some(times)),
             request => (request, None),
@@ -319,6 +325,7 @@ impl ProfibusMaster {
 
     /// Performs the next step of the job.
     pub(super) fn work(&mut self, now: Time, hold: TokenHold, out: &mut Outbox) {
+        self.starved_since = None;
         let Some(job) = &mut self.job else { return };
         match job.next(now) {
             MasterJobStep::Send(message) if self.needs_introduction(&message) => {

@@ -1,9 +1,8 @@
-//! Medium access of the master: token, silence, slot time, and what is sent next.
+//! Medium access of the master: how it gets the token and passes it on, silence, and slot time.
 //!
 //! This module must not know the content of the requests.
 
 use super::access::{Action, MediumAccess, PendingTransfer, Purpose, TokenHold};
-use super::job::MasterJob;
 use super::master::{MOST_MISFITS, ProfibusMaster};
 use super::message::DpMessage;
 use super::outcome::DataLinkAnswer;
@@ -29,68 +28,6 @@ impl ProfibusMaster {
         self.time(BitTimes::of_octets(LONGEST + 1))
     }
 
-    /// When an unused token is passed on, so that the other masters see it in use within the slot time.
-    fn token_pass_due(&self) -> Time {
-        let half = BitTimes(self.settings.slot_time.0 / 2);
-        self.later(self.silent_since, if self.ring.is_alone() { self.settings.token_pause } else { half })
-    }
-
-    /// The next action with the token, and when.
-    fn plan(&self, hold: &TokenHold) -> (Time, Action) {
-        let free = self.later(self.silent_since, self.pause);
-        let mut best = (if hold.has_worked { free } else { self.token_pass_due().max(free) }, Action::Pass);
-        if !self.ring.is_alone() && hold.has_worked && free >= self.later(hold.since, self.settings.rotation) {
-            return best;
-        }
-        let clock = match &self.exchange {
-            Some(exchange) if !self.is_clock_stopped => exchange.clock_due(self.clock_offset),
-            _ => None,
-        };
-        let exchange = self.exchange.as_ref().filter(|_| !self.outputs.is_paused());
-        let diagnosis = self.exchange.as_ref().filter(|exchange| exchange.needs_diagnosis());
-        let job = self.job.as_ref().filter(|_| !hold.has_sent_message).and_then(MasterJob::due);
-        // Of two actions due at the same time, the later one in this list wins.
-        let candidates = [
-            hold.gap.map(|station| (free, Action::Gap(station))),
-            job.map(|due| (due, Action::Job)),
-            diagnosis.map(|_| (free, Action::Diagnosis)),
-            exchange.map(|exchange| (exchange.due(clock), Action::Exchange)),
-            clock.map(|due| (due, Action::Clock)),
-        ];
-        for (due, action) in candidates.into_iter().flatten() {
-            let at = due.max(free);
-            if at <= best.0 {
-                best = (at, action);
-            }
-        }
-        match clock {
-            // The bus must be free when the clock is due.
-            Some(clock) if best.1 != Action::Clock && best.0 + self.lasts(best.1) > clock => {
-                (clock.max(free), Action::Clock)
-            }
-            _ => best,
-        }
-    }
-
-    /// How long an action keeps the bus busy, including the silence after it.
-    fn lasts(&self, action: Action) -> Duration {
-        let connection = self.exchange.as_ref().map(|exchange| &exchange.connection);
-        let slot = self.settings.slot_time.0;
-        let bits = match action {
-            Action::Clock => 0,
-            Action::Pass => BitTimes::of_octets(3).0,
-            Action::Gap(_) => BitTimes::of_octets(6).0 + slot,
-            Action::Exchange => {
-                let octets = connection.map_or(0, |of| of.output_length + of.input_length);
-                BitTimes::of_octets(18 + octets).0 + slot
-            }
-            Action::Diagnosis | Action::Job => BitTimes::of_octets(2 * LONGEST).0 + slot,
-        };
-        let lasts = self.time(BitTimes(bits + self.settings.idle_after_answer().0));
-        let most = connection.map_or(lasts, |of| of.cycle / 4);
-        lasts.min(most)
-    }
-
     fn act(&mut self, now: Time, hold: TokenHold, action: Action, out: &mut Outbox) {
         match action {
             Action::Clock => {
@@ -112,10 +49,13 @@ impl ProfibusMaster {
             }
             Action::Job => self.work(now, hold, out),
             Action::Gap(station) => {
-                let hold = TokenHold { gap: None, ..hold };
+                let hold = TokenHold { gap: None, has_polled: true, ..hold };
                 self.send(now, DpMessage::fdl_status(station), Purpose::Gap, hold, out);
             }
-            Action::Pass => self.pass(now, self.ring.successor(), 1, out),
+            Action::Pass => {
+                self.note_starvation(now, &hold);
+                self.pass(now, self.ring.successor(), 1, out);
+            }
         }
     }
 
@@ -132,14 +72,10 @@ impl ProfibusMaster {
         }
     }
 
-    fn take_token(&mut self, since: Time) {
-        let gap = self.ring.token();
-        self.access = MediumAccess::Holding(TokenHold { since, has_worked: false, has_sent_message: false, gap });
-    }
-
     /// Claims the token after a silence so long that no master can have it, and sends it twice to this master itself.
     fn claim(&mut self, now: Time, out: &mut Outbox) {
         self.ring.clear();
+        self.token_received = None;
         self.pass(now, self.settings.address, 1, out);
         if let MediumAccess::Holding(hold) = &mut self.access {
             *hold = TokenHold { has_worked: true, has_sent_message: true, gap: None, ..*hold };
@@ -214,13 +150,13 @@ impl ProfibusMaster {
             MediumAccess::Holding(_) | MediumAccess::AwaitingAnswer(..) => self.lose_token(now),
         }
         match frame {
-            FdlFrame::Token { da, sa } => {
-                self.ring.token_observed(sa, da);
-                let is_in = matches!(self.access, MediumAccess::Waiting) || self.ring.is_complete();
-                if da == own && is_in {
+            FdlFrame::Token { da, sa } if da == own && self.is_in_ring() => {
+                if self.ring.token_offered(sa) {
                     self.take_token(now);
                 }
+                return;
             }
+            FdlFrame::Token { da, sa } => self.ring.token_observed(sa, da),
             FdlFrame::Data(frame) if frame.da == own && frame.fc.requested() == Some(RequestFunction::FDL_STATUS) => {
                 let station = match self.access {
                     MediumAccess::Listening if self.ring.is_complete() => StationType::MASTER_READY,
@@ -234,13 +170,22 @@ impl ProfibusMaster {
             }
             _ => {}
         }
+        self.ring.token_in_use();
     }
 
-    /// When a waiting job gives up because the token does not arrive.
+    /// Whether other masters may pass the token to this one.
+    fn is_in_ring(&self) -> bool {
+        matches!(self.access, MediumAccess::Waiting) || self.ring.is_complete()
+    }
+
+    /// When a waiting job gives up because the token does not arrive, or leaves no time for it.
     fn patience(&self) -> Option<Time> {
+        self.job.as_ref()?;
         let is_without =
             matches!(self.access, MediumAccess::Listening | MediumAccess::Waiting | MediumAccess::Passing { .. });
-        (is_without && self.job.is_some()).then(|| self.waiting_since + self.settings.patience)
+        let without = is_without.then_some(self.waiting_since);
+        let since = [without, self.starved_since].into_iter().flatten().min()?;
+        Some(since + self.settings.patience)
     }
 }
 
@@ -268,8 +213,8 @@ impl Station for ProfibusMaster {
             self.begin(now, request);
         }
         if self.patience().is_some_and(|until| now >= until) {
-            let patience = self.settings.patience;
-            if let Some(outcome) = self.job.as_mut().map(|job| job.without_token(patience)) {
+            let (patience, is_starved) = (self.settings.patience, self.starved_since.is_some());
+            if let Some(outcome) = self.job.as_mut().map(|job| job.without_token(patience, is_starved)) {
                 self.conclude(outcome);
             }
         }

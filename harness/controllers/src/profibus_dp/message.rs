@@ -52,6 +52,11 @@ impl DpMessage {
         self.expects_answer() && !self.function.is_link()
     }
 
+    /// Whether the data link sends it before messages of low priority.
+    pub fn is_high(&self) -> bool {
+        matches!(self.function, RequestFunction::SRD_HIGH | RequestFunction::SDN_HIGH | RequestFunction::SDA_HIGH)
+    }
+
     /// Whether a station must answer.
     pub fn expects_answer(&self) -> bool {
         self.to != BROADCAST && self.function.expects_response()

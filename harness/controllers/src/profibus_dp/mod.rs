@@ -10,6 +10,7 @@ mod acyclic;
 mod broken;
 mod connection;
 mod exchange;
+mod holding;
 mod job;
 mod live_timing;
 mod master;

@@ -15,6 +15,8 @@ pub(super) struct LogicalRing {
     highest: u8,
     /// LAS, ascending, without this master.
     others: Vec<u8>,
+    /// The master that is not the predecessor and passed the token to this one last.
+    unexpected: Option<u8>,
     /// Number of token rotations observed.
     rounds: u8,
     /// The address that is polled next.
@@ -26,7 +28,16 @@ pub(super) struct LogicalRing {
 
 impl LogicalRing {
     pub fn new(own: u8, highest: u8, factor: u8) -> LogicalRing {
-        let mut ring = LogicalRing { own, highest, others: Vec::new(), rounds: 0, cursor: own, pause: 0, factor };
+        let mut ring = LogicalRing {
+            own,
+            highest,
+            others: Vec::new(),
+            unexpected: None,
+            rounds: 0,
+            cursor: own,
+            pause: 0,
+            factor,
+        };
         ring.cursor = ring.after(own);
         ring
     }
@@ -40,6 +51,32 @@ impl LogicalRing {
     pub fn successor(&self) -> u8 {
         let next = self.others.iter().find(|other| **other > self.own).or(self.others.first());
         next.copied().unwrap_or(self.own)
+    }
+
+    /// The master from which this master gets the token (PS).
+    fn predecessor(&self) -> Option<u8> {
+        self.others.iter().rev().find(|other| **other < self.own).or(self.others.last()).copied()
+    }
+
+    /// Processes a token from `sa` to this master; returns whether it is accepted: from the predecessor at once, from any other
+    /// master when it repeats it. That master is the predecessor from then on, and those between have left the ring.
+    pub fn token_offered(&mut self, sa: u8) -> bool {
+        if self.predecessor() != Some(sa) && self.unexpected != Some(sa) {
+            self.unexpected = Some(sa);
+            return false;
+        }
+        self.unexpected = None;
+        let own = self.own;
+        // The distance from the sender, upwards and around.
+        let distance = |station: u8| station.wrapping_sub(sa);
+        self.others.retain(|other| distance(*other) == 0 || distance(*other) > distance(own));
+        self.token_observed(sa, own);
+        true
+    }
+
+    /// Records that another frame than a repetition followed a token that was not accepted.
+    pub fn token_in_use(&mut self) {
+        self.unexpected = None;
     }
 
     /// Records an observed token from `sa` to `da`.
@@ -63,6 +100,7 @@ impl LogicalRing {
     /// Forgets all other masters.
     pub fn clear(&mut self) {
         self.others.clear();
+        self.unexpected = None;
         (self.rounds, self.cursor, self.pause) = (0, self.after(self.own), 0);
     }
 
@@ -170,6 +208,40 @@ mod tests {
         ring.polled(3, Some(StationType::MASTER_IN_RING));
         ring.remove(3);
         assert_eq!(ring.token(), Some(3));
+    }
+
+    #[test]
+    fn a_token_of_another_master_than_the_predecessor_is_accepted_when_it_is_repeated() {
+        let mut ring = LogicalRing::new(5, 126, 10);
+        for (sa, da) in [(2, 3), (3, 4), (4, 5), (5, 9), (9, 2)] {
+            ring.token_observed(sa, da);
+        }
+        assert!(ring.token_offered(4), "its predecessor");
+        assert_eq!([ring.token_offered(2), ring.token_offered(2)], [false, true]);
+        // 3 and 4 lie between, so they have left the ring.
+        assert_eq!(ring.others, [2, 9]);
+        assert!(ring.token_offered(2), "now its predecessor");
+    }
+
+    #[test]
+    fn a_repetition_counts_only_if_nothing_came_between() {
+        let mut ring = LogicalRing::new(5, 126, 10);
+        ring.token_observed(4, 2);
+        assert!(!ring.token_offered(9));
+        ring.token_in_use();
+        assert!(!ring.token_offered(9));
+        assert_eq!([ring.token_offered(2), ring.token_offered(9)], [false, false]);
+        assert!(ring.token_offered(9));
+    }
+
+    #[test]
+    fn the_predecessor_of_the_lowest_master_is_the_highest() {
+        let mut ring = LogicalRing::new(1, 126, 10);
+        ring.token_observed(2, 100);
+        ring.token_observed(100, 110);
+        assert!(ring.token_offered(110));
+        assert_eq!([ring.token_offered(100), ring.token_offered(100)], [false, true]);
+        assert_eq!(ring.others, [2, 100]);
     }
 
     #[test]
