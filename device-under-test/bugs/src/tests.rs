@@ -41,6 +41,9 @@ fn bugs_of_the_data_link() {
     let mut early = with("answers-too-early");
     early.diagnosis();
     assert!(early.delay < Duration::from_nanos(7_333), "11 bits at 1.5 Mbit/s");
+    let mut late = with("answers-after-max-tsdr");
+    late.diagnosis();
+    assert!(late.delay > Duration::from_micros(100), "150 bits at 1.5 Mbit/s");
     assert_eq!(with("answers-too-late").ask(None, &[1, 2]), ObservedAnswer::Silence);
     assert_eq!(with("fdl-status-not-answered").send_frame(&[0x10, 5, 2, 0x49, 0x50, 0x16]), None);
 

@@ -189,7 +189,8 @@ impl DutSpec {
         let subject = self.model();
         let mac = subject.as_ref().map_or(DEVICE.0.0, |subject| subject.manual.mac(DEVICE.0.0));
         let is_slave = subject.as_ref().is_ok_and(|subject| matches!(subject.manual.bus, ManualBus::Profibus(_)));
-        let on = SegmentBuilder { is_slave, line };
+        let is_built_in = matches!(self.kind, DutKind::Model { .. });
+        let on = SegmentBuilder { is_slave, is_built_in, line };
         let built = move |deviations: &[String], is_named: bool| {
             let bugs: Vec<&str> = deviations.iter().map(String::as_str).collect();
             let build = if is_named { Subject::build } else { Subject::build_in_factory_state };
@@ -232,6 +233,7 @@ impl DutSpec {
 #[derive(Clone, Copy)]
 struct SegmentBuilder {
     is_slave: bool,
+    is_built_in: bool,
     line: DpLine,
 }
 
@@ -239,7 +241,10 @@ impl SegmentBuilder {
     fn put<'a>(self, device: impl DeviceOnStand + 'a) -> Box<dyn Segment + 'a> {
         let DpLine { baud, .. } = self.line;
         if self.is_slave {
-            Box::new(VirtualSegment::bus(device, baud, MasterSettings::new(0, baud).slot_time))
+            let usual = MasterSettings::new(0, baud);
+            // The GSD files of the built-in devices have the defaults of the standard for MaxTsdr; that of another device is unknown.
+            let max_tsdr = self.is_built_in.then_some(usual.max_tsdr);
+            Box::new(VirtualSegment::bus(device, baud, usual.slot_time, max_tsdr))
         } else {
             Box::new(VirtualSegment::new(device))
         }

@@ -128,9 +128,11 @@ impl<D: DeviceOnStand> VirtualSegment<D> {
         VirtualSegment { medium: VirtualMedium::Wire(VirtualWire::new()), device }
     }
 
-    /// A PROFIBUS segment at `baud` with `device` and the harness's masters, which wait for answers for the slot time `slot`.
-    pub fn bus(device: D, baud: BaudRate, slot: BitTimes) -> VirtualSegment<D> {
-        VirtualSegment { medium: VirtualMedium::Bus(VirtualBus::new(baud, slot)), device }
+    /// A PROFIBUS segment at `baud` with `device` and the harness's masters, which wait for answers for the slot time `slot`. A
+    /// trial fails when the device answers before min TSDR, or after `max_tsdr` if its GSD is known, else after the slot time.
+    pub fn bus(device: D, baud: BaudRate, slot: BitTimes, max_tsdr: Option<BitTimes>) -> VirtualSegment<D> {
+        let bus = VirtualBus::new(baud, slot).with_max_tsdr(max_tsdr);
+        VirtualSegment { medium: VirtualMedium::Bus(bus), device }
     }
 }
 
@@ -195,6 +197,7 @@ fn is_of_device(violation: &WireViolation) -> bool {
         | WireViolation::NoFrame { port, .. }
         | WireViolation::NoSilence { port, .. }
         | WireViolation::TooEarly { port, .. }
+        | WireViolation::AfterMaxTsdr { port, .. }
         | WireViolation::TooLate { port, .. }
         | WireViolation::Congested { port, .. }
         | WireViolation::Livelock { port, .. } => *port == DEVICE,

@@ -25,6 +25,8 @@ const BACKLOG: Duration = Duration::from_millis(500);
 pub struct VirtualBus {
     baud: BaudRate,
     slot: BitTimes,
+    /// Max TSDR of the stations on this bus, if they have one.
+    max_tsdr: Option<BitTimes>,
     now: Time,
     /// Sorted by begin, without overlap.
     bursts: VecDeque<Burst>,
@@ -92,6 +94,7 @@ impl VirtualBus {
         VirtualBus {
             baud,
             slot,
+            max_tsdr: None,
             now: Time::ZERO,
             bursts: VecDeque::new(),
             is_carrier_reported: false,
@@ -101,6 +104,12 @@ impl VirtualBus {
             wakes: Wakes::default(),
             objections: ViolationLog::default(),
         }
+    }
+
+    /// The same bus, with answers later than `max_tsdr` after their request recorded as violations; `None`: only those after the
+    /// slot time.
+    pub fn with_max_tsdr(self, max_tsdr: Option<BitTimes>) -> VirtualBus {
+        VirtualBus { max_tsdr, ..self }
     }
 
     /// The current time.
@@ -270,6 +279,10 @@ impl VirtualBus {
             BurstRole::Answer if last.expects_answer && silent > self.slot.0 => {
                 Some(WireViolation::TooLate { port, time, silent, slot: self.slot.0 })
             }
+            BurstRole::Answer if last.expects_answer => match self.max_tsdr {
+                Some(BitTimes(most)) if silent > most => Some(WireViolation::AfterMaxTsdr { port, time, silent, most }),
+                _ => None,
+            },
             _ => None,
         }
     }

@@ -43,6 +43,16 @@ pub enum WireViolation {
         /// Duration of the silence, in bit times.
         silent: u64,
     },
+    /// An answer began after max TSDR, although within the slot time.
+    #[error("port {port} answered at {time} after {silent} bit times; max TSDR is {most}")]
+    AfterMaxTsdr {
+        port: usize,
+        time: Time,
+        /// Duration of the silence, in bit times.
+        silent: u64,
+        /// Max TSDR, in bit times.
+        most: u64,
+    },
     /// An answer began after the slot time.
     #[error("port {port} answered at {time} after {silent} bit times; the slot time is {slot}")]
     TooLate {

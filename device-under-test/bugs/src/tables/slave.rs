@@ -28,6 +28,8 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.slave.check(|check, is_one| is_one && check != SlaveStackCheck::Repetition);
             "answers-too-early" "Answers come 5 bits after the request, before min TSDR."
                 => |d| d.slave.delay(|_| BitTimes(5));
+            "answers-after-max-tsdr" "Answers come 155 bits after the request: at 1.5 Mbit/s after MaxTsdr of the GSD, but within the slot time."
+                => |d| d.slave.delay(|_| BitTimes(155));
             "answers-too-late" "Answers come 5000 bits after the request, after the slot time."
                 => |d| d.slave.delay(|_| BitTimes(5_000));
             "fdl-status-not-answered" "FDL status is not answered."

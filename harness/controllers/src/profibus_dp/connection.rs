@@ -92,8 +92,6 @@ pub struct SlaveConfig {
     pub clear: ClearOutputs,
     /// Whether an answer of high priority makes the master read the diagnosis.
     pub reads_diagnosis: bool,
-    /// Number of consecutive cycles without an answer that ends the connection; 0: never.
-    pub lost_after: u32,
 }
 
 impl SlaveConfig {
@@ -116,7 +114,6 @@ impl SlaveConfig {
             clock: None,
             clear: ClearOutputs::Zeros,
             reads_diagnosis: true,
-            lost_after: 3,
         }
     }
 }

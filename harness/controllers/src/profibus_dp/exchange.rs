@@ -23,7 +23,6 @@ pub(super) struct SlaveExchange {
     next: Time,
     /// The start of the cycle to which the next clock belongs.
     clock: Time,
-    missed: u32,
     wants_diagnosis: bool,
     /// The last diagnosis was Stat_Diag: it is read again after each cycle until it is not.
     is_static: bool,
@@ -36,8 +35,6 @@ pub(super) struct SlaveExchange {
 pub(super) enum ExchangeSample {
     /// Valid inputs.
     Good(Vec<u8>),
-    /// No inputs, but the exchange continues.
-    Missed,
     /// The connection has ended.
     End(SlaveConnectionEnd),
 }
@@ -45,8 +42,8 @@ pub(super) enum ExchangeSample {
 impl SlaveExchange {
     /// An exchange that begins at `now`.
     pub fn new(connection: Box<SlaveConfig>, now: Time) -> SlaveExchange {
-        let (missed, spare) = (0, Vec::new());
-        SlaveExchange { connection, next: now, clock: now, missed, wants_diagnosis: false, is_static: false, spare }
+        let spare = Vec::new();
+        SlaveExchange { connection, next: now, clock: now, wants_diagnosis: false, is_static: false, spare }
     }
 
     /// The cycle time, at least [`SHORTEST_CYCLE`].
@@ -108,17 +105,13 @@ impl SlaveExchange {
         self.spare = request.data;
     }
 
-    /// Processes the answer to a Data_Exchange.
+    /// Processes the answer to a Data_Exchange, or its absence after all retries.
     pub fn answered(&mut self, answer: DataLinkAnswer) -> ExchangeSample {
         let input_length = self.connection.input_length;
         self.wants_diagnosis |= self.is_static;
         match answer {
-            DataLinkAnswer::Short if input_length == 0 => {
-                self.missed = 0;
-                ExchangeSample::Good(Vec::new())
-            }
+            DataLinkAnswer::Short if input_length == 0 => ExchangeSample::Good(Vec::new()),
             DataLinkAnswer::Frame { function, data, .. } if function.has_data() && data.len() == input_length => {
-                self.missed = 0;
                 self.wants_diagnosis |= function.is_high() && self.connection.reads_diagnosis;
                 ExchangeSample::Good(data)
             }
@@ -126,21 +119,10 @@ impl SlaveExchange {
             DataLinkAnswer::Frame { function: AnswerFunction::OK, data, .. }
                 if data.is_empty() && input_length == 0 =>
             {
-                self.missed = 0;
                 ExchangeSample::Good(data)
             }
-            DataLinkAnswer::None | DataLinkAnswer::Unfit(_) => {
-                self.missed = self.missed.saturating_add(1);
-                match self.connection.lost_after {
-                    1.. if self.missed >= self.connection.lost_after => {
-                        ExchangeSample::End(SlaveConnectionEnd::Answer(answer))
-                    }
-                    _ => ExchangeSample::Missed,
-                }
-            }
-            DataLinkAnswer::Short | DataLinkAnswer::Frame { .. } => {
-                ExchangeSample::End(SlaveConnectionEnd::Answer(answer))
-            }
+            // Without an answer the retries are used up: a master polls the slave no further.
+            _ => ExchangeSample::End(SlaveConnectionEnd::Answer(answer)),
         }
     }
 

@@ -150,7 +150,6 @@ impl SlaveStartUpJob {
                 self.at += 1;
                 Some(self.done())
             }
-            ExchangeSample::Missed => None,
             ExchangeSample::End(SlaveConnectionEnd::Diagnosis(diagnosis)) => {
                 Some(self.fail(SlaveFailureReason::Diagnosis(diagnosis.clone())))
             }

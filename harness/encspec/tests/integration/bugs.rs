@@ -23,8 +23,9 @@ fn the_reference_device_has_every_bug_that_the_suite_lists() {
 
 /// Bugs that no suite lists, since they need frames that the controllers of the harness never send. Unit tests of `deviations` show
 /// them.
-const SHOWN_BY_UNIT_TESTS: [&str; 7] = [
+const SHOWN_BY_UNIT_TESTS: [&str; 8] = [
     "answers-too-early",
+    "answers-after-max-tsdr",
     "answers-too-late",
     "fdl-status-not-answered",
     "answers-every-address",
@@ -42,6 +43,25 @@ fn each_bug_of_a_reference_device_is_listed_by_a_suite() {
     let unlisted: Vec<&str> = offered.difference(&listed).copied().collect();
     let known = BTreeSet::from(SHOWN_BY_UNIT_TESTS);
     assert_eq!(unlisted.into_iter().collect::<BTreeSet<&str>>(), known);
+}
+
+#[test]
+fn an_answer_before_min_tsdr_or_after_max_tsdr_fails_every_trial_with_an_answer() {
+    for manual in manuals().iter().filter(|manual| manual.device.profibus().is_some()) {
+        let variant = &manual.variants[0];
+        for (bug, why) in [("answers-too-early", "min TSDR is 11"), ("answers-after-max-tsdr", "max TSDR is 150")] {
+            // At other baud rates 155 bits may be permitted.
+            let is_usual =
+                |trial: &&Trial| trial.start().is_some_and(|start| start.baud.is_none() && start.isochronous.is_none());
+            let trial = variant.trials.iter().find(is_usual).expect("a trial with a usual start");
+            let dut = built_in::model(manual, variant, &[bug]);
+            let case =
+                run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run").case;
+            assert_eq!(case.verdict, Verdict::Fail, "{}", case.id);
+            let reason = case.reason.unwrap_or_default();
+            assert!(reason.contains("out of turn") && reason.contains(why), "{}: {reason}", case.id);
+        }
+    }
 }
 
 #[test]

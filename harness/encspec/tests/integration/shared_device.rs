@@ -88,7 +88,10 @@ fn segment<'a>(kept: &'a mut ContinuingDevice<'_>, bus: Bus, line: DpLine) -> Bo
     let device = Box::new(BorrowedDevice(kept));
     Box::new(match bus {
         Bus::Profinet => VirtualSegment::new(device),
-        Bus::Profibus => VirtualSegment::bus(device, line.baud, MasterSettings::new(0, line.baud).slot_time),
+        Bus::Profibus => {
+            let usual = MasterSettings::new(0, line.baud);
+            VirtualSegment::bus(device, line.baud, usual.slot_time, Some(usual.max_tsdr))
+        }
     })
 }
 

@@ -101,6 +101,19 @@ fn an_answer_at_the_wrong_time_is_a_violation(#[case] delay: u64, #[case] object
 }
 
 #[rstest]
+#[case::at_max_tsdr(150, &[])]
+#[case::after_max_tsdr(151, &["port 1 answered at 0.000181 after 151 bit times; max TSDR is 150"])]
+#[case::after_the_slot_time(301, &["port 1 answered at 0.000281 after 301 bit times; the slot time is 300"])]
+fn with_max_tsdr_an_answer_within_the_slot_time_may_be_too_late(#[case] delay: u64, #[case] objections: &[&str]) {
+    let mut asking = BusScript::new(&[(0, &REQUEST)]);
+    let mut answering = BusScript::new(&[(bits(11 * 11) + bits(delay), &ANSWER)]);
+    let mut bus = VirtualBus::new(BAUD, SLOT).with_max_tsdr(Some(BitTimes(150)));
+    bus.run(&mut [&mut asking, &mut answering], Time::from_nanos(10_000_000), &mut |_| {});
+    let reported: Vec<_> = bus.violations().iter().map(ToString::to_string).collect();
+    assert_eq!(reported, objections);
+}
+
+#[rstest]
 #[case::request(&REQUEST)]
 #[case::token(&TOKEN)]
 fn a_request_needs_silence_before_it(#[case] octets: &[u8]) {
