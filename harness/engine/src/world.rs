@@ -156,7 +156,7 @@ impl<'a> TrialWorld<'a> {
             NameKind::Led(led) => Some((*led, None)),
             _ => None,
         };
-        let tracker = BusTracker::new(device.bus.kind());
+        let tracker = BusTracker::of_harness(device.bus.kind());
         TrialWorld {
             manual,
             variant,

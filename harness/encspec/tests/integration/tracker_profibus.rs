@@ -9,7 +9,10 @@ use wire::profibus::fdl::{AnswerFunction, FdlFrame};
 
 /// Frame number and kind of each observation.
 fn observed(bus: &BusFrames) -> (DpTracker, Vec<String>) {
-    let mut tracker = DpTracker::new();
+    observed_by(DpTracker::new(), bus)
+}
+
+fn observed_by(mut tracker: DpTracker, bus: &BusFrames) -> (DpTracker, Vec<String>) {
     let mut list = Vec::new();
     for (index, (time, octets)) in bus.frames.iter().enumerate() {
         tracker.frame(index as u64 + 1, *time, octets, &mut |_, observation| {
@@ -175,6 +178,22 @@ fn repeat(bus: &mut BusFrames) {
         let (time, _) = bus.frames[bus.frames.len() - 1];
         bus.frames.push((time + Duration::from_millis(1), octets));
     }
+}
+
+/// The masters of the harness give a slave up after the retries of one poll, so in their trials nothing follows.
+#[test]
+fn a_slave_that_misses_a_poll_of_the_harness_is_lost() {
+    let mut bus = BusFrames::default();
+    bus.start();
+    bus.exchange(1);
+    bus.ask(None, &[0; 4]);
+    let count = bus.count.unwrap();
+    bus.ask_with(count, None, &[0; 4]);
+    bus.token();
+    let (_, list) = observed_by(DpTracker::of_harness(), &bus);
+    assert_eq!(list.last().map(String::as_str), Some("13 starved ToController"));
+    let (_, list) = observed(&bus);
+    assert!(list.iter().all(|line| !line.contains("starved")), "another master may go on: {list:?}");
 }
 
 /// A connection established before the capture is unknown until the slave reports its configuration.

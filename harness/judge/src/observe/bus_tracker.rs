@@ -32,6 +32,14 @@ impl BusTracker {
         }
     }
 
+    /// A tracker for a trial, in which the harness is the only controller or master.
+    pub fn of_harness(bus: Bus) -> BusTracker {
+        match bus {
+            Bus::Profinet => BusTracker::new(bus),
+            Bus::Profibus => BusTracker::Profibus(Box::new(DpTracker::of_harness())),
+        }
+    }
+
     /// The connections so far; an [`ArId`](super::ArId) is an index into them.
     pub fn ars(&self) -> &[ObservedAr] {
         match self {

@@ -21,7 +21,7 @@ use wire::profibus::sap::{SapService, SlaveSap};
 
 /// Maximum number of connections in a trace; further ones are not followed.
 const MOST_CONNECTIONS: usize = 10_000;
-/// Number of consecutive Data_Exchange cycles without an answer after which data exchange has ended.
+/// Number of consecutive Data_Exchange cycles without an answer after which data exchange has ended, whichever the master is.
 const LOST_AFTER: u32 = 3;
 /// Maximum time without an answer from a slave without a watchdog.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -57,6 +57,8 @@ pub struct DpTracker {
     counts: DpCounts,
     /// Whether the frames are from a recording, in which frames may be missing.
     is_recorded: bool,
+    /// Number of consecutive Data_Exchange cycles without an answer that ends data exchange.
+    lost_after: u32,
 }
 
 /// The state of a slave.
@@ -124,7 +126,13 @@ impl DpTracker {
             standing: Vec::new(),
             counts: DpCounts::default(),
             is_recorded: false,
+            lost_after: LOST_AFTER,
         }
+    }
+
+    /// A tracker for a bus whose only masters are those of the harness: they give a slave up after the first cycle without an answer.
+    pub fn of_harness() -> DpTracker {
+        DpTracker { lost_after: 1, ..DpTracker::new() }
     }
 
     /// A tracker for a recording: reports missing frames as [`Observation::Gap`].
@@ -226,7 +234,7 @@ impl DpTracker {
         if asked.service == SapService::DataExchange && !again {
             let slave = &mut self.slaves[usize::from(station)];
             slave.unanswered += 1;
-            if slave.unanswered >= LOST_AFTER {
+            if slave.unanswered >= self.lost_after {
                 self.fell_silent(station, FrameDirection::ToController, sink);
             }
         }
