@@ -63,6 +63,7 @@ pub(super) fn not_run(
         identity: None,
         disturbed: None,
         likely_reading: None,
+        bus: None,
         trace: Trace::new(),
     }
 }

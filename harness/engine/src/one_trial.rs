@@ -268,7 +268,8 @@ fn outcome(mut run: RunningTrial<'_>, decided: Option<(Verdict, CaseFailure)>, d
         repeats: 0,
         bench_lines: Vec::new(),
     };
-    TrialOutcome { case, rules, findings, identity, disturbed: why, likely_reading: None, trace: run.world.trace }
+    let bus = run.world.stations.bus_statistics();
+    TrialOutcome { case, rules, findings, identity, disturbed: why, likely_reading: None, bus, trace: run.world.trace }
 }
 
 /// The verdict of each requirement of the whole trial, and of those that its failure is about.

@@ -5,6 +5,7 @@ use judge::violation::RuleViolation;
 use results::outcome::{CaseFailure, CaseResult, DecisionCounts, DeviceFinding};
 use results::verdict::Verdict;
 use virtual_wire::Trace;
+use wire::profibus::statistics::BusStatistics;
 
 /// The outcome of one trial.
 #[derive(Clone, Debug)]
@@ -21,6 +22,8 @@ pub struct TrialOutcome {
     pub disturbed: Option<Disturbance>,
     /// The permitted variation of a reference device that made the trial fail.
     pub likely_reading: Option<String>,
+    /// What the masters measured on PROFIBUS; `None` on PROFINET, and if the trial did not run.
+    pub bus: Option<BusStatistics>,
     /// All frames.
     pub trace: Trace,
 }

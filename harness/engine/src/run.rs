@@ -10,7 +10,7 @@ use super::plan::DevicePlan;
 use super::requirements::{self, level};
 use super::{bus, causes, live_run, persona};
 use judge::slow::SlowReaction;
-use results::outcome::{CaseKind, CaseResult, Covered, DecisionCounts, DeviceRun, Dut, RunResult};
+use results::outcome::{BusStatistics, CaseKind, CaseResult, Covered, DecisionCounts, DeviceRun, Dut, RunResult};
 use results::verdict::Verdict;
 use suite::model::{Manual, SuiteRule, SuiteVariant};
 use suite::persona::Persona;
@@ -84,6 +84,10 @@ fn device(
             findings.push(finding.clone());
         }
     }
+    let mut bus: Option<BusStatistics> = None;
+    for measured in outcomes.iter().filter_map(|outcome| outcome.bus.as_ref()) {
+        bus.get_or_insert_default().merge(measured);
+    }
     let mut cases = Vec::new();
     if !only_rules {
         cases.extend(outcomes.into_iter().map(|outcome| outcome.case));
@@ -114,6 +118,7 @@ fn device(
         bug_notes: dut.bug_notes(),
         findings,
         causes,
+        bus,
     })
 }
 

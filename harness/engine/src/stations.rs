@@ -8,6 +8,7 @@ use controllers::profinet_io::{ArState, Controller};
 use judge::observe::Address;
 use station::{Station, Time};
 use wire::ethernet::Mac;
+use wire::profibus::statistics::BusStatistics;
 
 /// The stations of the harness on one wire, first and second.
 pub enum HarnessStations {
@@ -77,6 +78,18 @@ impl HarnessStations {
         match self {
             HarnessStations::Controllers(all) => all.first().map_or(0, Controller::cycles_sent),
             HarnessStations::Masters(all) => all.first().map_or(0, ProfibusMaster::cycles_done),
+        }
+    }
+
+    /// What the masters measured on their bus; `None` on PROFINET.
+    pub fn bus_statistics(&self) -> Option<BusStatistics> {
+        match self {
+            HarnessStations::Controllers(_) => None,
+            HarnessStations::Masters(all) => {
+                let mut statistics = BusStatistics::default();
+                all.iter().for_each(|master| statistics.merge(master.statistics()));
+                Some(statistics)
+            }
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::status::{ExitStatus, ResultColour, reasons, result_colour, status};
 use super::text::totals;
-use super::words::{common_need, finding, kind_of_cause, level, printable_json, reproduce};
+use super::words::{bus_lines, common_need, finding, kind_of_cause, level, printable_json, reproduce};
 use plain_text::{count, printable};
 use results::ledger;
 use results::outcome::{
@@ -131,6 +131,9 @@ impl ConsoleWriter {
             writeln!(self.out, "  variations    {}", run.variations.join(", "))?;
         }
         self.tested(run)?;
+        for (index, line) in run.bus.iter().flat_map(bus_lines).enumerate() {
+            writeln!(self.out, "  {:<13} {line}", if index == 0 { "bus" } else { "" })?;
+        }
         let of_kind = |kind: CaseKind| run.cases.iter().filter(move |case| case.kind == kind).map(|case| case.verdict);
         writeln!(self.out, "  cases         {}", totals(of_kind(CaseKind::Trial)))?;
         writeln!(self.out, "  rules         {}", totals(of_kind(CaseKind::Rule)))?;

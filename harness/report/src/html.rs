@@ -3,7 +3,7 @@
 use super::console::{by_cause, short};
 use super::status::{ExitStatus, ResultColour, reasons, result_colour, status};
 use super::text::totals;
-use super::words::{common_need, kind_of_cause, level, reproduce};
+use super::words::{bus_lines, common_need, kind_of_cause, level, reproduce};
 use crate::page::{Chapter, HtmlPage, PageEntry, PagePacket, PageTable, Timeline, Tone, html as page};
 use results::outcome::{CaseFailure, CaseResult, DeviceRun, RunResult};
 use results::verdict::{Colour, Verdict};
@@ -56,6 +56,7 @@ fn chapter(
     if !run.bugs.is_empty() {
         facts.push(("bugs".to_owned(), run.bugs.join(", ")));
     }
+    facts.extend(run.bus.iter().flat_map(bus_lines).map(|line| ("bus".to_owned(), line)));
     facts.push(("cases and rules".to_owned(), totals(run.cases.iter().map(|case| case.verdict))));
     facts.push(("requirements".to_owned(), totals(run.requirements.iter().map(|of| of.verdict))));
     let failures: usize = run.causes.iter().map(|cause| cause.cases.len()).sum();

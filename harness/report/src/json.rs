@@ -4,8 +4,8 @@ use super::status::{ExitStatus, reasons, status};
 use super::words::{level, printable_json, reproduce};
 use results::ledger;
 use results::outcome::{
-    CaseFailure, CaseKind, CaseResult, DescriptionKind, DeviceFinding, DeviceRun, Dut, FailurePosition, JudgedPart,
-    ProbableCause, RequirementResult, RunResult,
+    BitTimeRange, BusStatistics, CaseFailure, CaseKind, CaseResult, DescriptionKind, DeviceFinding, DeviceRun, Dut,
+    FailurePosition, JudgedPart, ProbableCause, RequirementResult, RunResult,
 };
 use results::verdict::Verdict;
 use serde::{Serialize, Serializer};
@@ -75,6 +75,64 @@ struct DeviceRunJson<'a> {
     cases: Vec<CaseJson<'a>>,
     requirements: Vec<RequirementJson<'a>>,
     findings: Vec<FindingJson<'a>>,
+    /// What the master measured on PROFIBUS.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bus: Option<BusJson>,
+}
+
+/// Measurements of the master, in bit times.
+#[derive(Serialize)]
+struct BusJson {
+    min_tsdr_bits: u64,
+    max_tsdr_bits: u64,
+    stations: Vec<StationJson>,
+    token_rotations: u64,
+    rotation_bits: Option<RangeJson>,
+}
+
+/// The answers of one station.
+#[derive(Serialize)]
+struct StationJson {
+    station: u8,
+    answers: u64,
+    answer_bits: Option<RangeJson>,
+    after_max_tsdr: u64,
+    retries: u64,
+    unanswered: u64,
+}
+
+#[derive(Serialize)]
+struct RangeJson {
+    min: u64,
+    mean: u64,
+    max: u64,
+}
+
+impl RangeJson {
+    fn new(range: &BitTimeRange) -> Option<RangeJson> {
+        let [min, mean, max] = range.least_mean_most()?.map(|bits| bits.0);
+        Some(RangeJson { min, mean, max })
+    }
+}
+
+impl BusJson {
+    fn new(bus: &BusStatistics) -> BusJson {
+        let stations = bus.stations().iter().map(|of| StationJson {
+            station: of.station,
+            answers: of.answers.count(),
+            answer_bits: RangeJson::new(&of.answers),
+            after_max_tsdr: of.late,
+            retries: of.retries,
+            unanswered: of.unanswered,
+        });
+        BusJson {
+            min_tsdr_bits: bus.tsdr.0.0,
+            max_tsdr_bits: bus.tsdr.1.0,
+            stations: stations.collect(),
+            token_rotations: bus.rotation.count(),
+            rotation_bits: RangeJson::new(&bus.rotation),
+        }
+    }
 }
 
 /// Failures that probably have one cause.
@@ -254,6 +312,7 @@ impl<'a> DeviceRunJson<'a> {
             cases: run.cases.iter().map(|case| CaseJson::new(result, run, case)).collect(),
             requirements: run.requirements.iter().map(RequirementJson::new).collect(),
             findings: run.findings.iter().map(FindingJson::new).collect(),
+            bus: run.bus.as_ref().map(BusJson::new),
         }
     }
 }

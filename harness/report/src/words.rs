@@ -1,7 +1,9 @@
 //! Words shared by all reports; texts from devices are escaped.
 
-use plain_text::{printable, steers};
-use results::outcome::{CaseResult, DeviceFinding, DeviceRun, FindingSeverity, ProbableCause, RunResult};
+use plain_text::{count, printable, steers};
+use results::outcome::{
+    BitTimeRange, BusStatistics, CaseResult, DeviceFinding, DeviceRun, FindingSeverity, ProbableCause, RunResult,
+};
 use std::fmt::Write as _;
 use suite::model::Level;
 
@@ -100,4 +102,37 @@ fn quoted(argument: &str) -> String {
         return argument.to_owned();
     }
     format!("'{}'", printable(argument).replace('\'', "'\\''"))
+}
+
+/// What the master measured on PROFIBUS in at most two lines: the station with the most answers, and the rotation of the token.
+pub(super) fn bus_lines(bus: &BusStatistics) -> Vec<String> {
+    let range = |range: &BitTimeRange| {
+        let [least, mean, most] = range.least_mean_most()?.map(|bits| bits.0);
+        Some(format!("{least}/{mean}/{most} bits"))
+    };
+    let mut lines = Vec::new();
+    let first = bus.stations().iter().max_by_key(|of| (of.answers.count(), std::cmp::Reverse(of.station)));
+    if let Some(of) = first {
+        let mut line = format!("station {}: ", of.station);
+        match range(&of.answers) {
+            Some(answers) => {
+                let _ =
+                    write!(line, "answers after {answers} (min/mean/max; TSDR {} to {}", bus.tsdr.0.0, bus.tsdr.1.0);
+                line += &if of.late > 0 { format!(", {} later)", of.late) } else { ")".to_owned() };
+            }
+            None => line += "no answer",
+        }
+        let _ = write!(line, ", {}", count(number(of.retries), "retry", "retries"));
+        let others = bus.stations().len() - 1;
+        if others > 0 {
+            let _ = write!(line, "; {}", count(others, "more address asked", "more addresses asked"));
+        }
+        lines.push(line);
+    }
+    lines.extend(range(&bus.rotation).map(|of| format!("token rotation {of} (min/mean/max)")));
+    lines
+}
+
+fn number(of: u64) -> usize {
+    usize::try_from(of).unwrap_or(usize::MAX)
 }

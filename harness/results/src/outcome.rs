@@ -5,6 +5,8 @@ use std::time::Duration;
 use suite::Location;
 use suite::model::Level;
 
+pub use wire::profibus::statistics::{BitTimeRange, BusStatistics, StationStatistics};
+
 /// The results of one call of `encspec run`, one entry per device under test.
 #[derive(Clone, Debug, Default)]
 pub struct RunResult {
@@ -97,6 +99,8 @@ pub struct DeviceRun {
     pub findings: Vec<DeviceFinding>,
     /// The failures grouped by probable cause, the first one first; empty if fewer than two results failed.
     pub causes: Vec<ProbableCause>,
+    /// What the master measured on PROFIBUS over all trials; `None` on PROFINET, and if no trial ran.
+    pub bus: Option<BusStatistics>,
 }
 
 /// Failures that probably have one cause.

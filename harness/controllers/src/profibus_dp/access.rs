@@ -41,6 +41,8 @@ pub(super) struct PendingTransfer {
     pub message: DpMessage,
     pub purpose: Purpose,
     pub count: FrameCount,
+    /// When its last character was sent.
+    pub sent: Time,
     /// Remaining retries.
     pub retries: u8,
     /// When the request is repeated or given up.

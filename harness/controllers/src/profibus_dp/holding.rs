@@ -18,7 +18,11 @@ impl ProfibusMaster {
     /// Takes the token, which was received at `since`.
     pub(super) fn take_token(&mut self, since: Time) {
         // TRR is not measured before the second token, so the first one may be held for TTR.
-        let before = self.token_received.replace(since).unwrap_or(since);
+        let before = self.token_received.replace(since);
+        if let Some(before) = before {
+            self.statistics.rotation.add(self.settings.baud.bits(since.nanos_since(before)));
+        }
+        let before = before.unwrap_or(since);
         let until = self.later(before, self.settings.rotation);
         let gap = self.ring.token();
         let hold = TokenHold { until, has_worked: false, has_sent_message: false, has_polled: false, gap };

@@ -21,6 +21,7 @@ use station::{Outbox, Time};
 use wire::profibus::fdl::{BitTimes, FdlFrame, FrameCount};
 use wire::profibus::global_control::{GlobalCommand, GlobalControl};
 use wire::profibus::sap::SlaveSap;
+use wire::profibus::statistics::BusStatistics;
 
 /// Shortest time between two DP-V1 polls.
 pub(super) const POLL: Duration = Duration::from_millis(1);
@@ -72,6 +73,7 @@ pub struct ProfibusMaster {
     cycles_done: u64,
     /// Answers that did not fit the request before them: the station that was asked, and why.
     pub(super) misfits: Vec<(u8, String)>,
+    pub(super) statistics: BusStatistics,
     pub(super) clock_offset: Duration,
     pub(super) is_clock_stopped: bool,
     /// The cached deadline. It is valid until the next event or call.
@@ -111,6 +113,7 @@ impl ProfibusMaster {
             cycles_sent: 0,
             cycles_done: 0,
             misfits: Vec::new(),
+            statistics: BusStatistics::default(),
             clock_offset: Duration::ZERO,
             is_clock_stopped: false,
             deadline: Cell::default(),
@@ -172,6 +175,11 @@ impl ProfibusMaster {
     /// or from another access point. At most the first 16 since the start are kept.
     pub fn misfits(&self) -> &[(u8, String)] {
         &self.misfits
+    }
+
+    /// The answer times, retries and token rotations since the start.
+    pub fn statistics(&self) -> &BusStatistics {
+        &self.statistics
     }
 
     /// The cyclic outputs, stored as slot [`OUTPUT_SLOT`], subslot [`OUTPUT_SUBSLOT`]; they outlive every connection.
@@ -319,7 +327,8 @@ impl ProfibusMaster {
         }
         let retries = if purpose == Purpose::Gap { 0 } else { self.settings.retries };
         let until = self.later(self.silent_since, self.settings.slot_time);
-        let transfer = PendingTransfer { message, purpose, count, retries, until, unfit: None, repetition: None };
+        let sent = self.silent_since;
+        let transfer = PendingTransfer { message, purpose, count, sent, retries, until, unfit: None, repetition: None };
         self.access = MediumAccess::AwaitingAnswer(transfer, hold);
     }
 
@@ -349,8 +358,9 @@ impl ProfibusMaster {
                 self.transmit_raw(now, &octets, out);
                 let until = self.later(self.silent_since, self.settings.slot_time);
                 let count = FrameCount::First;
-                let (purpose, retries, unfit, repetition) = (Purpose::Job, 0, None, None);
-                let transfer = PendingTransfer { message, purpose, count, retries, until, unfit, repetition };
+                let (purpose, sent, retries) = (Purpose::Job, self.silent_since, 0);
+                let (unfit, repetition) = (None, None);
+                let transfer = PendingTransfer { message, purpose, count, sent, retries, until, unfit, repetition };
                 let hold = TokenHold { has_worked: true, has_sent_message: true, ..hold };
                 self.access = MediumAccess::AwaitingAnswer(transfer, hold);
             }

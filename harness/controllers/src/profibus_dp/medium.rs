@@ -6,6 +6,7 @@ use super::access::{Action, MediumAccess, PendingTransfer, Purpose, TokenHold};
 use super::master::{MOST_MISFITS, ProfibusMaster};
 use super::message::DpMessage;
 use super::outcome::DataLinkAnswer;
+use super::settings::MasterSettings;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Station, Time};
@@ -89,11 +90,19 @@ impl ProfibusMaster {
                 transfer.retries -= 1;
                 let own = self.settings.address;
                 self.transmit(now, out, |octets| transfer.message.write(own, transfer.count, octets));
+                transfer.sent = self.silent_since;
                 transfer.until = self.later(self.silent_since, self.settings.slot_time);
+                // What is sent again on purpose is no retry.
+                if transfer.repetition.is_none() {
+                    self.statistics.repeated(transfer.message.to);
+                }
                 self.access = MediumAccess::AwaitingAnswer(transfer, hold);
             }
             MediumAccess::AwaitingAnswer(mut transfer, hold) => {
                 let answer = transfer.unfit.take().unwrap_or(DataLinkAnswer::None);
+                if transfer.purpose != Purpose::Gap {
+                    self.statistics.unanswered(transfer.message.to);
+                }
                 self.answered(now, transfer, hold, answer);
             }
             access => self.access = access,
@@ -101,7 +110,9 @@ impl ProfibusMaster {
     }
 
     /// Processes a frame that arrives while an answer is awaited.
-    fn take_answer(&mut self, now: Time, frame: Result<FdlFrame<'_>, WireError>) {
+    ///
+    /// It began at `begin`.
+    fn take_answer(&mut self, now: Time, begin: Time, frame: Result<FdlFrame<'_>, WireError>) {
         let own = self.settings.address;
         let is_valid = matches!(frame, Ok(FdlFrame::Data(_)));
         match core::mem::replace(&mut self.access, MediumAccess::Listening) {
@@ -114,10 +125,24 @@ impl ProfibusMaster {
                     transfer.until = self.later(now, self.settings.idle_after_answer());
                     self.access = MediumAccess::AwaitingAnswer(transfer, hold);
                 }
-                answer => self.answered(now, transfer, hold, answer),
+                answer => {
+                    if transfer.purpose != Purpose::Gap {
+                        self.measure(&transfer, begin);
+                    }
+                    self.answered(now, transfer, hold, answer);
+                }
             },
             access => self.access = access,
         }
+    }
+
+    /// Adds the time of an answer that began at `begin` to the statistics.
+    fn measure(&mut self, transfer: &PendingTransfer, begin: Time) {
+        let MasterSettings { baud, min_tsdr, max_tsdr, .. } = self.settings;
+        // To the nearest bit: the times of a bus are rounded to whole nanoseconds.
+        let half = baud.nanoseconds(BitTimes(1)) / 2;
+        let time = baud.bits(begin.nanos_since(transfer.sent).saturating_add(half));
+        self.statistics.answered(transfer.message.to, time, (min_tsdr, max_tsdr));
     }
 
     /// Gives up the token because another master uses the bus.
@@ -197,11 +222,13 @@ impl Station for ProfibusMaster {
 
     fn receive(&mut self, now: Time, frame: &[u8], _out: &mut Outbox) {
         self.replan();
-        self.hearing = None;
+        // A line reports the first character when it was read, which may be as late as the last one.
+        let lasts = self.time(BitTimes::of_octets(frame.len()));
+        let begin = self.hearing.take().unwrap_or(now).min(now - lasts);
         (self.silent_since, self.pause) = (now, self.settings.idle_after_answer());
         match FdlFrame::parse(frame) {
             Ok(frame) if self.is_of_other_master(&frame) => self.receive_foreign(now, frame),
-            frame if matches!(self.access, MediumAccess::AwaitingAnswer(..)) => self.take_answer(now, frame),
+            frame if matches!(self.access, MediumAccess::AwaitingAnswer(..)) => self.take_answer(now, begin, frame),
             _ => {}
         }
     }

@@ -1,6 +1,6 @@
 //! Medium access of the DP master: idle times, token holding time, and whose token it accepts.
 
-use crate::dp::{BAUD, SLAVE, ScriptedSlave, bits, connection, hex, settings};
+use crate::dp::{BAUD, MasterRig, SLAVE, ScriptedSlave, bits, connection, hex, settings};
 use core::time::Duration;
 use encspec_controllers::profibus_dp::{
     DataLinkAnswer, MasterOutcome, MasterRequest, MasterSettings, ProfibusMaster, SlaveConfig,
@@ -201,4 +201,29 @@ fn a_token_is_followed_by_tid1_and_a_request_without_answer_by_tid2(
     let at = log.iter().position(|(_, _, octets)| octets.starts_with("68")).expect("Global_Control is sent");
     assert_eq!(silence(at), BitTimes(idle_2));
     assert_eq!(bus.violations(), []);
+}
+
+#[test]
+fn the_master_measures_answers_retries_and_the_rotation_of_the_token() {
+    let mut rig = MasterRig::new();
+    rig.slave.delay = BitTimes(37);
+    rig.ask(MasterRequest::Diagnosis { to: SLAVE });
+    rig.slave.delay = BitTimes(160);
+    rig.ask(MasterRequest::Diagnosis { to: SLAVE });
+    rig.slave.delay = BitTimes(11);
+    rig.slave.deaf = 1;
+    rig.ask(MasterRequest::Diagnosis { to: SLAVE });
+    rig.ask(MasterRequest::Diagnosis { to: 77 });
+    let measured = rig.master.statistics();
+    // The polls for other masters are not among them.
+    assert_eq!(measured.stations().iter().map(|of| of.station).collect::<Vec<_>>(), [SLAVE, 77]);
+    let [slave, absent] = measured.stations() else { panic!("{measured:?}") };
+    // 37, 160 after max TSDR, and 11 for the repetition: the mean is 69.3.
+    assert_eq!(slave.answers.least_mean_most(), Some([11, 69, 160].map(BitTimes)));
+    assert_eq!((slave.late, slave.retries, slave.unanswered), (1, 1, 0));
+    assert_eq!((absent.answers.count(), absent.retries, absent.unanswered), (0, 1, 1));
+    assert_eq!(measured.tsdr, (BitTimes(11), BitTimes(150)));
+    // At the claim two tokens follow each other: 33 bits and TID1.
+    let [least, ..] = measured.rotation.least_mean_most().expect("it holds the token");
+    assert_eq!(least, BitTimes(70));
 }

@@ -2,12 +2,15 @@
 //!
 //! The approved reports are in `reports/`. Read every change before you commit it.
 
+use crate::built_in::{self, manuals};
 use crate::sample_run;
 use encspec::cli::Suites;
 use encspec::cli::run::RunRequest;
+use encspec::engine::{RunOptions, run};
 use encspec::report::{self, ConsoleOptions, ExitStatus, ReportFormat};
-use encspec::result::RunResult;
+use encspec::result::{BusStatistics, RunResult};
 use rstest::rstest;
+use wire::profibus::fdl::BitTimes;
 
 fn approved(name: &str, text: &str) {
     let mut settings = insta::Settings::clone_current();
@@ -31,6 +34,51 @@ fn a_run_made_by_hand(#[case] name: &str, #[case] format: ReportFormat) {
 fn the_short_report_for_people() {
     let text = report::console(&sample_run::everything(), ConsoleOptions::default());
     approved("made-by-hand.console-short", &text);
+}
+
+#[test]
+fn a_run_on_profibus_says_what_the_master_measured() {
+    let mut bus = BusStatistics::default();
+    for bits in [11, 12, 160] {
+        bus.answered(3, BitTimes(bits), (BitTimes(11), BitTimes(150)));
+    }
+    bus.repeated(3);
+    bus.unanswered(99);
+    bus.rotation.add(BitTimes(500));
+    let mut result = sample_run::everything();
+    assert!(!report::json(&result).contains("\"bus\""), "other runs have no such key");
+    result.runs[0].bus = Some(bus);
+    let console = report::console(&result, ConsoleOptions::default());
+    let first = "  bus           station 3: answers after 11/61/160 bits (min/mean/max; TSDR 11 to 150, 1 later), 1 retry; \
+                 1 more address asked\n";
+    let second = "                token rotation 500/500/500 bits (min/mean/max)\n";
+    assert!(console.contains(&format!("{first}{second}")), "{console}");
+    let html = report::html(&result, &|_| report::CaseEvidence::default());
+    assert!(html.contains("answers after 11/61/160 bits") && html.contains("token rotation 500/500/500"));
+    let json: serde_json::Value = serde_json::from_str(&report::json(&result)).expect("JSON");
+    let bus = &json["runs"][0]["bus"];
+    assert_eq!((&bus["min_tsdr_bits"], &bus["max_tsdr_bits"]), (&11.into(), &150.into()));
+    let expected = serde_json::json!({ "min": 11, "mean": 61, "max": 160 });
+    assert_eq!((&bus["stations"][0]["answer_bits"], &bus["stations"][0]["after_max_tsdr"]), (&expected, &1.into()));
+    assert_eq!((&bus["stations"][1]["station"], &bus["stations"][1]["unanswered"]), (&99.into(), &1.into()));
+    assert_eq!((&bus["token_rotations"], &bus["rotation_bits"]["max"]), (&1.into(), &500.into()));
+}
+
+#[test]
+fn the_measurements_of_all_trials_are_combined() {
+    for manual in manuals() {
+        let variant = &manual.variants[0];
+        let filter = Some(variant.trials[0].case().to_owned());
+        let options = RunOptions { duts: vec![built_in::model(manual, variant, &[])], filter, ..RunOptions::default() };
+        let result = run(std::slice::from_ref(manual), &options, &|_, _, _| {}).expect("a model can be run");
+        let bus = result.runs[0].bus.as_ref();
+        assert_eq!(bus.is_some(), manual.device.profibus().is_some(), "{}", manual.device.name);
+        if let Some(bus) = bus {
+            let [least, ..] = bus.stations()[0].answers.least_mean_most().expect("the slave answers");
+            assert_eq!(least, BitTimes::DEFAULT_MIN_TSDR, "{}", manual.device.name);
+            assert!(bus.stations().iter().all(|of| of.late == 0) && bus.rotation.count() > 0, "{}", manual.device.name);
+        }
+    }
 }
 
 /// A finding of a reading is in the properties of the suite and of each failed row of its case.

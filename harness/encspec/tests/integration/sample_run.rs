@@ -107,6 +107,7 @@ pub fn run(cases: Vec<CaseResult>) -> RunResult {
         bug_notes: Vec::new(),
         findings: Vec::new(),
         causes: Vec::new(),
+        bus: None,
     };
     RunResult { runs: vec![device], ..RunResult::default() }
 }

@@ -12,3 +12,4 @@ pub mod fdl;
 pub mod global_control;
 pub mod prm;
 pub mod sap;
+pub mod statistics;
