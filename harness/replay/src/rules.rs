@@ -248,6 +248,7 @@ pub fn fits_manual(manual: &Manual, ar: &ObservedAr) -> bool {
 }
 
 /// Judges the rules of one variant (index into `manual.variants`) on frames: number from 1, time, bytes.
+/// The frames are those of a trial, in which the harness is the only controller or master.
 ///
 /// `ours` selects the connections; use [`fits_manual`] for a capture of unknown origin. An unknown variant has no rules.
 pub fn judge_rules<'f>(
@@ -257,7 +258,7 @@ pub fn judge_rules<'f>(
     ours: impl Fn(&ObservedAr) -> bool,
 ) -> Vec<RuleOutcome> {
     let Some(variant) = manual.variants.get(variant) else { return Vec::new() };
-    let mut tracker = BusTracker::new(manual.device.bus.kind());
+    let mut tracker = BusTracker::of_harness(manual.device.bus.kind());
     let mut pairs = ManualJudges { manual, variants: vec![variant], judges: Vec::new(), is_recorded: false };
     let mut of = ConnectionJudges::default();
     for (number, time, octets) in frames {
