@@ -51,7 +51,7 @@ pub fn trials() -> Vec<Trial> {
         to_another_station(|octets| rewritten(octets, |da, _, _| *da = 3), "an answer from station 8 to 3"),
         from_another_station(|octets| rewritten(octets, |_, sa, _| *sa = 9), "an answer from station 9 to 1"),
         of_another_length(|octets| rewritten(octets, |_, _, data| data.push(0)), "Data_Exchange: data_low: "),
-        with_a_wrong_length_field(miscounted, "The device stopped sending its cyclic frames."),
+        with_a_wrong_length_field(miscounted, "because of the device: Data_Exchange: the answer does not fit"),
     ]);
     trials.extend(tests![
         a_late_answer_is_inconclusive,
