@@ -366,7 +366,7 @@ fn changed(
 /// Changes in a manual are reported for that manual, changes in a common suite for at least one manual that uses it.
 #[test]
 fn every_changed_word_is_noticed() {
-    let sample = DailySample::one_of(12);
+    let sample = DailySample::one_of(24);
     let sources = suites::sources();
     let manuals = load(&sources, None).expect("the shipped suites load");
     let manuals: Vec<(Manual, FreeNames)> =

@@ -60,7 +60,7 @@ fn devices() -> impl Iterator<Item = (&'static Manual, &'static SuiteVariant)> {
 #[test]
 fn with_each_permitted_variation_every_case_and_rule_passes() {
     let each = devices().flat_map(|(of, variant)| permitted(of).into_iter().map(move |name| (of, variant, name)));
-    let sample = DailySample::one_of(12);
+    let sample = DailySample::one_of(24);
     let failed = every(&sample.items(each), |(of, variant, name)| failures(of, variant, &[name], name)).concat();
     assert!(failed.is_empty(), "{sample}: a permitted variation fails:\n{failed}");
 }
@@ -68,7 +68,7 @@ fn with_each_permitted_variation_every_case_and_rule_passes() {
 #[test]
 fn with_random_combinations_of_variations_every_case_and_rule_passes() {
     let each = devices().flat_map(|(of, variant)| (0..COMBINATIONS).map(move |seed| (of, variant, seed)));
-    let sample = DailySample::one_of(200);
+    let sample = DailySample::one_of(300);
     let jobs = sample.items(each);
     let failed =
         every(&jobs, |(of, variant, seed)| failures(of, variant, &combination(of, *seed), &format!("random:{seed}")));
@@ -82,7 +82,7 @@ fn each_bug_is_caught_with_random_combinations_of_variations() {
         let bugs = manual.bugs.iter();
         bugs.flat_map(move |bug| (0..COMBINATIONS_OF_A_BUG).map(move |seed| (manual, bug, seed)))
     });
-    let sample = DailySample::one_of(41);
+    let sample = DailySample::one_of(61);
     let jobs = sample.items(each);
     let escaped = every(&jobs, |(manual, bug, seed)| {
         let combination = combination(manual, *seed);
