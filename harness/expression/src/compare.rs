@@ -52,8 +52,7 @@ pub fn equal(observed: &Value, expected: &Value, tolerance: Option<Number>, nois
 /// Whether `left` and `right` are in this order; `None` if either is unknown or they have no order.
 ///
 /// A position on its circle counts as every position up to `noise` steps around it, a [code](CircularPosition::is_code) as itself only,
-/// so noise never turns true into false. On an
-/// unknown circle noise may lead through 0, so that what it does not make true stays open.
+/// so noise never turns true into false. On an unknown circle noise may lead through 0, so that what it does not make true stays open.
 pub fn order(sign: OrderOperator, left: &Value, right: &Value, noise: u32) -> Option<bool> {
     let noise = if is_code(left) || is_code(right) { 0 } else { noise };
     if noise > 0 && (is_on_unknown_circle(left) || is_on_unknown_circle(right)) {

@@ -248,7 +248,9 @@ impl NameView<'_> {
                 match circle {
                     Some(circle) => {
                         let place = Value::place(number, self.compute(name, circle).as_whole());
-                        let is_code = code_when.is_some_and(|bit| self.truth(bit) == Some(true));
+                        // Without noise it makes no difference.
+                        let is_code =
+                            self.position_noise() > 0 && code_when.is_some_and(|bit| self.truth(bit) == Some(true));
                         if is_code { place.as_code() } else { place }
                     }
                     None => typed(number, field),

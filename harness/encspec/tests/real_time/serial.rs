@@ -408,16 +408,20 @@ fn an_answer_in_time_that_is_wrong_fails(change: fn(&[u8]) -> Vec<u8>, why: &str
     assert!(cases.values().any(says_so), "{cases:#?}");
 }
 
-fn a_bus_with_another_master_is_not_used() {
-    let bench = SerialBench::new(AMT58);
-    let line = relay(unchanged());
-    let theirs = line.theirs.clone();
+/// Runs the master 4 at the other end of a line, until the line is gone.
+fn run_master_4(theirs: PathBuf) {
     thread::spawn(move || {
         let serial = Serial::open(&theirs, &SerialSettings::new(1_500_000)).expect("the other end");
         let mut bus = SerialBus::new(serial, Box::<FdlFrames>::default());
         let mut master = ProfibusMaster::new(MasterSettings::new(4, BaudRate(1_500_000)));
         while bus.step(&mut [&mut master], Time::MAX, &mut |_| true, &mut |_| ()).is_ok() {}
     });
+}
+
+fn a_bus_with_another_master_is_not_used() {
+    let bench = SerialBench::new(AMT58);
+    let line = relay(unchanged());
+    run_master_4(line.theirs.clone());
     let (status, cases, said) = bench.run(text(&line.ours), "", &["preset/binary-value"]);
     assert_eq!((status, cases.len()), (Some(3), 0), "{said}");
     assert!(said.contains("is in use: received a token from station 4 to station 4"), "{said}");
@@ -459,13 +463,7 @@ fn a_silent_bus_is_discovered_with_questions_only() {
 fn a_bus_in_use_is_only_listened_to() {
     let bench = SerialBench::new(AMT58);
     let line = relay(unchanged());
-    let theirs = line.theirs.clone();
-    thread::spawn(move || {
-        let serial = Serial::open(&theirs, &SerialSettings::new(1_500_000)).expect("the other end");
-        let mut bus = SerialBus::new(serial, Box::<FdlFrames>::default());
-        let mut master = ProfibusMaster::new(MasterSettings::new(4, BaudRate(1_500_000)));
-        while bus.step(&mut [&mut master], Time::MAX, &mut |_| true, &mut |_| ()).is_ok() {}
-    });
+    run_master_4(line.theirs.clone());
     let said = program::encspec(&bench.folder, &["discover", "--serial", text(&line.ours)]);
     assert_eq!(said.status, Some(0), "{}", said.all());
     for what in ["is in use; received in 1.0 s:", "master 4, ", " tokens", "token rotation ", "Nothing was sent."] {
