@@ -1,5 +1,7 @@
 //! The contents of a GSD that a master or a suite needs.
 
+use wire::profibus::fdl::{BaudRate, BitTimes};
+
 /// A GSD.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Gsd {
@@ -15,6 +17,8 @@ pub struct Gsd {
     pub ident: u16,
     /// The supported baud rates in kbit/s, written as in the keywords (`9.6`, `1.5M`).
     pub bauds: Vec<String>,
+    /// `MaxTsdr_*`: the longest time until an answer, in bit times, at each baud rate in bit/s.
+    pub max_tsdr: Vec<(BaudRate, BitTimes)>,
     /// `Freeze_Mode_supp`.
     pub freeze: bool,
     /// `Sync_Mode_supp`.

@@ -5,6 +5,7 @@
 use super::model::{FieldType, Gsd, GsdField, GsdModule, GsdParameters};
 use std::collections::BTreeMap;
 use thiserror::Error;
+use wire::profibus::fdl::{BaudRate, BitTimes};
 
 /// Baud rates as at the begin of their keywords.
 const BAUDS: [&str; 11] = ["9.6", "19.2", "31.25", "45.45", "93.75", "187.5", "500", "1.5M", "3M", "6M", "12M"];
@@ -130,6 +131,12 @@ fn number(text: &str) -> Option<i64> {
     Some(if negative { -number } else { number })
 }
 
+/// The rate of a keyword's `baud`, in kbit/s or, with an `M`, in Mbit/s.
+fn rate(baud: &str) -> BaudRate {
+    let (number, unit) = baud.strip_suffix('M').map_or((baud, 1_000.0), |number| (number, 1_000_000.0));
+    BaudRate((number.parse().unwrap_or(0.0_f64) * unit).round() as u32)
+}
+
 /// The text between the first quotation marks, and what follows them.
 fn quoted(value: &str) -> Option<(&str, &str)> {
     let (_, after) = value.split_once('"')?;
@@ -191,6 +198,12 @@ impl GsdReader {
                 let known = BAUDS.iter().find(|baud| word.eq_ignore_ascii_case(&format!("{baud}_supp")));
                 if let (Some(baud), true) = (known, known.is_some() && flag()?) {
                     self.gsd.bauds.push((*baud).to_owned());
+                }
+                let timed = BAUDS.iter().find(|baud| word.eq_ignore_ascii_case(&format!("MaxTsdr_{baud}")));
+                if let Some(baud) = timed {
+                    let bits = u16::try_from(line.number(value)?);
+                    let bits = bits.map_err(|_| line.wrong("max TSDR is not a 16-bit number of bit times"))?;
+                    self.gsd.max_tsdr.push((rate(baud), BitTimes(bits.into())));
                 }
             }
         }

@@ -34,6 +34,14 @@ fn show_into(gsd: &Gsd, out: &mut String) -> std::fmt::Result {
         if able.is_empty() { "none of the listed features".into() } else { able.join(", ") }
     )?;
     writeln!(out, "  kbit/s           {}", gsd.bauds.join(", "))?;
+    if !gsd.max_tsdr.is_empty() {
+        let times: Vec<String> = gsd
+            .max_tsdr
+            .iter()
+            .map(|(baud, bits)| format!("{} at {} kbit/s", bits.0, f64::from(baud.0) / 1_000.0))
+            .collect();
+        writeln!(out, "  max TSDR         {} (bit times)", times.join(", "))?;
+    }
     if let Some(longest) = gsd.max_diagnosis {
         writeln!(out, "  diagnosis        up to {longest} bytes")?;
     }

@@ -175,6 +175,7 @@ fn prepare_profibus_slave(
         ident: printed.or(description.as_ref().map(|known| known.ident)),
         address: device.profibus().map_or(DpLine::default().station, |slave| slave.address),
         cycle: device.timing.cycle,
+        max_tsdr: description.as_ref().map(|known| known.max_tsdr.clone()).unwrap_or_default(),
     };
     let scheduling = link::realtime::raise();
     let mut offers = None;

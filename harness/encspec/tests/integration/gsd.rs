@@ -39,6 +39,17 @@ fn gsd_parser_agrees() {
         assert_eq!(Some(usize::from(reference.max_input_length)), ours.max_inputs, "{path}");
         assert_eq!(Some(usize::from(reference.max_output_length)), ours.max_outputs, "{path}");
         assert_eq!(reference.supported_speeds.bits().count_ones() as usize, ours.bauds.len(), "{path}");
+        let theirs = &reference.max_tsdr;
+        let theirs = [
+            (9_600, theirs.b9600),
+            (45_450, theirs.b45450),
+            (1_500_000, theirs.b1500000),
+            (12_000_000, theirs.b12000000),
+        ];
+        for (baud, bits) in theirs {
+            let own = ours.max_tsdr.iter().find(|(rate, _)| rate.0 == baud).map(|(_, bits)| bits.0);
+            assert_eq!(own, Some(u64::from(bits)), "{path} at {baud} bit/s");
+        }
         let flags = [reference.freeze_mode_supported, reference.sync_mode_supported, reference.auto_baud_supported];
         assert_eq!(flags, [ours.freeze, ours.sync, ours.auto_baud], "{path}");
         assert_eq!(

@@ -18,7 +18,7 @@ use results::bench_file::{BenchFile, Driver, LineSpec, LinkSpec};
 use station::{Duration, Time};
 use std::path::Path;
 use suite::needs::FASTEST_LINE;
-use wire::profibus::fdl::{BROADCAST, BaudRate};
+use wire::profibus::fdl::{BROADCAST, BaudRate, BitTimes};
 
 /// The rate of a pseudoterminal without a configured rate.
 const PSEUDOTERMINAL_BAUD: BaudRate = BaudRate(1_500_000);
@@ -44,6 +44,8 @@ pub struct ExpectedSlave {
     pub address: u8,
     /// The cycle of most connections, to compute the slack.
     pub cycle: Duration,
+    /// Max TSDR at each baud rate of its GSD; the bench file comes first.
+    pub max_tsdr: Vec<(BaudRate, BitTimes)>,
 }
 
 /// A bus that is ready for use.
@@ -83,7 +85,8 @@ pub fn prepare(
     let (serial, baud) = open(bench)?;
     link::privileges::drop()?;
     opened().map_err(Unusable)?;
-    let pace = LiveBusTiming::new(baud, bench.line.slot_time, bench.line.max_tsdr);
+    let described = expected.max_tsdr.iter().find(|(rate, _)| *rate == baud).map(|(_, bits)| *bits);
+    let pace = LiveBusTiming::new(baud, bench.line.slot_time, bench.line.max_tsdr.or(described));
     let (home, masters) = addresses(bench, expected)?;
     let name = serial.describe();
     let mut scout = BusPreflight {
