@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use station::{Duration, Outbox, Station, Time};
 use wire::profibus::fdl::{BaudRate, BitTimes, FdlFrame, LONGEST};
 
+use crate::min_tsdr::MinTsdrs;
 use crate::violation::WireViolation;
 use crate::wakes::{ViolationLog, Wakes};
 use crate::wire::{TappedFrame, VirtualStep};
@@ -27,6 +28,7 @@ pub struct VirtualBus {
     slot: BitTimes,
     /// Max TSDR of the stations on this bus, if they have one.
     max_tsdr: Option<BitTimes>,
+    min_tsdrs: MinTsdrs,
     now: Time,
     /// Sorted by begin, without overlap.
     bursts: VecDeque<Burst>,
@@ -95,6 +97,7 @@ impl VirtualBus {
             baud,
             slot,
             max_tsdr: None,
+            min_tsdrs: MinTsdrs::default(),
             now: Time::ZERO,
             bursts: VecDeque::new(),
             is_carrier_reported: false,
@@ -191,6 +194,7 @@ impl VirtualBus {
         let Some(burst) = self.bursts.pop_front() else { return };
         let is_asking = burst.part == BurstRole::Request;
         self.last = Some(FinishedBurst { end: burst.end, expects_answer: is_asking });
+        self.min_tsdrs.observe(&burst.octets);
         tap(TappedFrame { begin: burst.begin, time: self.now, port: burst.port, frame: &burst.octets });
         for (port, station) in stations.iter_mut().enumerate().filter(|(port, _)| !burst.is_sent_by(*port)) {
             station.receive(self.now, &burst.octets, &mut self.outbox);
@@ -269,13 +273,12 @@ impl VirtualBus {
         };
         let (port, time) = (burst.port, burst.begin);
         let silent = self.bits(time.nanos_since(last.end));
+        let least = self.min_tsdrs.of_next_answer().0;
         match burst.part {
             BurstRole::Request | BurstRole::Unanswered if silent < BitTimes::TSYN.0 => {
                 Some(WireViolation::NoSilence { port, time, silent })
             }
-            BurstRole::Answer if silent < BitTimes::DEFAULT_MIN_TSDR.0 => {
-                Some(WireViolation::TooEarly { port, time, silent })
-            }
+            BurstRole::Answer if silent < least => Some(WireViolation::TooEarly { port, time, silent, least }),
             BurstRole::Answer if last.expects_answer && silent > self.slot.0 => {
                 Some(WireViolation::TooLate { port, time, silent, slot: self.slot.0 })
             }

@@ -5,12 +5,13 @@
 //!
 //! This crate must not know what a frame means and opens nothing itself: no socket, no serial line, and a capture is any
 //! `std::io::Read` of the caller. Its only codec is that of PROFIBUS frames, because their timing depends on which of them is a
-//! request.
+//! request, and on the Set_Prm that sets the least time until an answer.
 #![allow(missing_docs, reason = "used inside this workspace only")]
 
 mod bus;
 pub mod capture;
 pub mod damage;
+mod min_tsdr;
 pub mod null;
 pub mod record;
 mod trace;

@@ -36,12 +36,14 @@ pub enum WireViolation {
         silent: u64,
     },
     /// An answer began before min TSDR.
-    #[error("port {port} answered at {time} after {silent} bit times; min TSDR is 11")]
+    #[error("port {port} answered at {time} after {silent} bit times; min TSDR is {least}")]
     TooEarly {
         port: usize,
         time: Time,
         /// Duration of the silence, in bit times.
         silent: u64,
+        /// Min TSDR, in bit times: 11, or that of a Set_Prm in force.
+        least: u64,
     },
     /// An answer began after max TSDR, although within the slot time.
     #[error("port {port} answered at {time} after {silent} bit times; max TSDR is {most}")]

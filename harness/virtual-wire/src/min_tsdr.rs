@@ -1,0 +1,168 @@
+//! The min TSDR of each station: 11 bit times until a Set_Prm gives it a longer one.
+
+use wire::profibus::fdl::{BitTimes, DataFrame, FdlFrame, RequestFunction};
+use wire::profibus::sap::SlaveSap;
+
+/// Byte of Set_Prm with min TSDR (IEC 61158-6-3, Set_Prm).
+const MIN_TSDR_AT: usize = 3;
+
+/// The min TSDR of each station, as far as the frames on the bus prove that it is in force.
+///
+/// A Set_Prm can be acknowledged and refused afterwards. It is in force once the slave answers a Data_Exchange of the master that
+/// sent it; until then 11 bit times count.
+#[derive(Debug, Default)]
+pub(crate) struct MinTsdrs {
+    /// The stations with another than the default.
+    in_force: Vec<(u8, BitTimes)>,
+    /// The last acknowledged Set_Prm.
+    acknowledged: Option<SentParameters>,
+    asked: Asked,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct SentParameters {
+    slave: u8,
+    master: u8,
+    min_tsdr: BitTimes,
+}
+
+/// The request whose answer comes next.
+#[derive(Clone, Copy, Debug, Default)]
+enum Asked {
+    Parameters(SentParameters),
+    DataExchange {
+        slave: u8,
+        master: u8,
+    },
+    Other {
+        station: u8,
+    },
+    #[default]
+    Nothing,
+}
+
+impl MinTsdrs {
+    /// The least time until the answer to the last request.
+    pub(crate) fn of_next_answer(&self) -> BitTimes {
+        let station = match self.asked {
+            Asked::Parameters(SentParameters { slave, .. }) | Asked::DataExchange { slave, .. } => slave,
+            Asked::Other { station } => station,
+            Asked::Nothing => return BitTimes::DEFAULT_MIN_TSDR,
+        };
+        let own = self.in_force.iter().find(|(known, _)| *known == station);
+        own.map_or(BitTimes::DEFAULT_MIN_TSDR, |(_, bits)| *bits)
+    }
+
+    /// Takes a frame that has ended on the bus.
+    pub(crate) fn observe(&mut self, octets: &[u8]) {
+        let asked = std::mem::replace(&mut self.asked, Asked::Nothing);
+        match (FdlFrame::parse(octets), asked) {
+            (Ok(FdlFrame::Data(frame)), _) if frame.fc.is_request() => self.asked = Asked::of(&frame),
+            (Ok(FdlFrame::ShortAcknowledgement), Asked::Parameters(sent)) => {
+                self.put(sent.slave, BitTimes::DEFAULT_MIN_TSDR);
+                self.acknowledged = Some(sent);
+            }
+            (Ok(answer), Asked::DataExchange { slave, master }) if is_of_data_exchange(&answer) => {
+                let sent = self.acknowledged.filter(|sent| (sent.slave, sent.master) == (slave, master));
+                if let Some(SentParameters { min_tsdr, .. }) = sent {
+                    self.put(slave, min_tsdr);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn put(&mut self, station: u8, min_tsdr: BitTimes) {
+        self.in_force.retain(|(known, _)| *known != station);
+        if min_tsdr > BitTimes::DEFAULT_MIN_TSDR {
+            self.in_force.push((station, min_tsdr));
+        }
+    }
+}
+
+impl Asked {
+    fn of(frame: &DataFrame<'_>) -> Asked {
+        let access_point = frame.destination.sap.map(SlaveSap);
+        match (access_point, frame.data.get(MIN_TSDR_AT)) {
+            (Some(SlaveSap::SET_PRM), Some(&bits)) => {
+                let min_tsdr = BitTimes(bits.into());
+                Asked::Parameters(SentParameters { slave: frame.da, master: frame.sa, min_tsdr })
+            }
+            (None, _) if matches!(frame.fc.requested(), Some(RequestFunction::SRD_LOW | RequestFunction::SRD_HIGH)) => {
+                Asked::DataExchange { slave: frame.da, master: frame.sa }
+            }
+            _ => Asked::Other { station: frame.da },
+        }
+    }
+}
+
+/// Whether `answer` shows that the slave is in data exchange: inputs, or E5h of a slave without inputs.
+fn is_of_data_exchange(answer: &FdlFrame<'_>) -> bool {
+    match answer {
+        FdlFrame::ShortAcknowledgement => true,
+        FdlFrame::Data(frame) => frame.fc.answered().is_some_and(|function| function.has_data()),
+        FdlFrame::Token { .. } => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+    use wire::profibus::fdl::{AnswerFunction, Extension, FrameCount, FunctionCode, StationType};
+
+    const MASTER: u8 = 1;
+    const OTHER_MASTER: u8 = 2;
+    const SLAVE: u8 = 8;
+
+    fn frame(to: (u8, Extension), from: (u8, Extension), fc: FunctionCode, data: &[u8]) -> Vec<u8> {
+        let mut out = Vec::new();
+        DataFrame::new(to, from, fc, data).write(&mut out);
+        out
+    }
+
+    fn request() -> FunctionCode {
+        FunctionCode::request(RequestFunction::SRD_HIGH, FrameCount::Zero)
+    }
+
+    fn set_prm(master: u8, min_tsdr: u8) -> Vec<u8> {
+        let data = [0x88, 20, 5, min_tsdr, 0x16, 0x55, 0];
+        frame((SLAVE, Extension::sap(61)), (master, Extension::sap(62)), request(), &data)
+    }
+
+    fn data_exchange(master: u8) -> Vec<u8> {
+        frame((SLAVE, Extension::NONE), (master, Extension::NONE), request(), &[0, 0])
+    }
+
+    fn inputs(master: u8) -> Vec<u8> {
+        let fc = FunctionCode::answer(AnswerFunction::DATA_LOW, StationType::SLAVE);
+        frame((master, Extension::NONE), (SLAVE, Extension::NONE), fc, &[0, 0])
+    }
+
+    fn not_ready(master: u8) -> Vec<u8> {
+        let fc = FunctionCode::answer(AnswerFunction::NO_SERVICE, StationType::SLAVE);
+        frame((master, Extension::NONE), (SLAVE, Extension::NONE), fc, &[])
+    }
+
+    const E5: &[u8] = &[0xE5];
+
+    #[rstest]
+    #[case::before_any([].into(), 11)]
+    #[case::acknowledged_only([set_prm(MASTER, 60), E5.into()].into(), 11)]
+    #[case::in_data_exchange([set_prm(MASTER, 60), E5.into(), data_exchange(MASTER), inputs(MASTER)].into(), 60)]
+    #[case::without_inputs([set_prm(MASTER, 60), E5.into(), data_exchange(MASTER), E5.into()].into(), 60)]
+    #[case::refused([set_prm(MASTER, 60), E5.into(), data_exchange(MASTER), not_ready(MASTER)].into(), 11)]
+    #[case::of_another_master([set_prm(OTHER_MASTER, 60), E5.into(), data_exchange(MASTER), inputs(MASTER)].into(), 11)]
+    #[case::below_the_least([set_prm(MASTER, 0), E5.into(), data_exchange(MASTER), inputs(MASTER)].into(), 11)]
+    #[case::replaced(
+        [set_prm(MASTER, 60), E5.into(), data_exchange(MASTER), inputs(MASTER), set_prm(MASTER, 0), E5.into()].into(), 11
+    )]
+    fn a_set_prm_counts_once_data_exchange_is_answered(#[case] frames: Vec<Vec<u8>>, #[case] bits: u64) {
+        let mut times = MinTsdrs::default();
+        for octets in frames {
+            times.observe(&octets);
+        }
+        times.observe(&data_exchange(MASTER));
+        assert_eq!(times.of_next_answer(), BitTimes(bits));
+    }
+}
