@@ -129,22 +129,30 @@ impl<'w> GsdmlComparison<'w> {
         self.differ("device_id".into(), FindingSeverity::Error, "Device ID", device);
     }
 
-    /// The submodules that a device can have according to the GSDML: those of the access point and of the modules.
-    fn every_submodule(gsdml: &'w Gsdml, point: &'w AccessPoint) -> impl Iterator<Item = &'w GsdmlSubmodule> {
-        let modules = point.modules.iter().filter_map(|offered| gsdml.modules.get(offered.index));
-        let plugged = point.pluggable.iter().chain(modules.clone().flat_map(|module| &module.pluggable));
-        let plugged: Vec<&GsdmlSubmodule> = plugged.filter_map(|offered| gsdml.submodules.get(offered.index)).collect();
-        point.submodules.iter().chain(modules.flat_map(|module| &module.submodules)).chain(plugged)
+    /// The submodules of the GSDML that the device has plugged. Those built into its access point are plugged in any case.
+    fn plugged_submodules(&self, gsdml: &'w Gsdml, point: &'w AccessPoint) -> Vec<&'w GsdmlSubmodule> {
+        let plugged = self.says.map_or(&[][..], |says| &says.plugged);
+        let elsewhere = plugged.iter().filter(|of| of.slot != point.slot).flat_map(|of| {
+            let modules = matching::in_slot(gsdml, point, of.slot);
+            let module = modules.into_iter().find(|slotted| slotted.ident == of.module_ident);
+            let there = module.map_or_else(Vec::new, |slotted| slotted.in_subslot(of.subslot));
+            there.into_iter().filter(|known| known.ident == of.submodule_ident)
+        });
+        point.submodules.iter().chain(elsewhere).collect()
     }
 
     /// Compares the APIs, if the device reports which it has.
     fn apis(&mut self) {
         let Some(said) = self.says.and_then(|says| says.apis.as_ref()) else { return };
-        let manual = || self.device.submodules.iter().map(|submodule| submodule.api);
+        let plugged = self.says.map_or(&[][..], |says| &says.plugged);
+        let is_plugged = |of: &&device::DeviceSubmodule| {
+            plugged.is_empty() || plugged.iter().any(|there| (there.slot, there.subslot) == (of.slot, of.subslot))
+        };
+        let manual = || self.device.submodules.iter().filter(is_plugged).map(|submodule| submodule.api);
         let read: Option<Vec<u32>> = self
             .gsdml
             .zip(self.point)
-            .map(|(gsdml, point)| Self::every_submodule(gsdml, point).map(|submodule| submodule.api).collect());
+            .map(|(gsdml, point)| self.plugged_submodules(gsdml, point).iter().map(|known| known.api).collect());
         let mut apis: Vec<u32> = manual().chain(read.iter().flatten().copied()).collect();
         apis.sort_unstable();
         apis.dedup();
@@ -168,8 +176,10 @@ impl<'w> GsdmlComparison<'w> {
     fn modules(&mut self) {
         let Some((gsdml, point)) = self.gsdml.zip(self.point) else { return };
         let variant = self.device.variants.get(self.variant).map_or("", String::as_str);
-        for of in self.device.submodules.iter().filter(|of| of.slot == 0) {
+        let mut meant = Vec::new();
+        for (index, of) in self.device.submodules.iter().enumerate().filter(|(_, of)| of.slot == 0) {
             self.of_access_point(point, of);
+            meant.extend(matching::in_access_point(point, of).map(|known| (index, known)));
         }
         for (index, module) in self.device.modules.iter().enumerate() {
             for (slot, submodules) in matching::slots(self.device, index) {
@@ -179,6 +189,9 @@ impl<'w> GsdmlComparison<'w> {
                         self.module(&module.name, slot, &slotted, index, &submodules);
                         for (index, found) in found {
                             self.submodule(&slotted, index, found);
+                            if let SubmoduleMatch::One(known) = found {
+                                meant.push((index, known));
+                            }
                         }
                     }
                     ModuleMatch::Several => {}
@@ -186,14 +199,14 @@ impl<'w> GsdmlComparison<'w> {
                 }
             }
         }
-        super::records::compare(self, gsdml, point);
+        super::records::compare(self, &meant);
     }
 
     /// Compares a submodule of slot 0, which is identified by its subslot.
     fn of_access_point(&mut self, point: &'w AccessPoint, of: &device::DeviceSubmodule) {
         let subject = |what: &str| format!("{what} of {} in slot 0", of.name);
         let plugged = self.plugged_at(0, of.subslot);
-        let known = point.submodules.iter().find(|known| matching::holds(&known.subslots, of.subslot));
+        let known = matching::in_access_point(point, of);
         let module = ComparedValues {
             manual: printed(hex(of.module_ident(self.variant).unwrap_or(of.ident)), of.ident_origin),
             gsdml: Some(hex(point.ident)),
@@ -435,10 +448,9 @@ impl<'w> GsdmlComparison<'w> {
             };
             self.differ("im0.vendor_id".into(), FindingSeverity::Error, "Vendor ID in I&M0", three);
         }
-        let Some(gsdml) = gsdml else { return };
-        let all = Self::every_submodule(gsdml, point);
-        let mut claimed: Vec<u16> =
-            all.flat_map(|of| &of.writable_im).copied().filter(|n| (1..=15).contains(n)).collect();
+        // I&M0 was read in slot 0; other modules have their own.
+        let own = point.submodules.iter().flat_map(|of| &of.writable_im);
+        let mut claimed: Vec<u16> = own.copied().filter(|n| (1..=15).contains(n)).collect();
         claimed.sort_unstable();
         claimed.dedup();
         let lacking: Vec<String> =

@@ -75,6 +75,11 @@ pub(super) fn called_like(gsdml: &Gsdml, variant: &str) -> Option<u32> {
     gsdml.access_points.iter().map(|point| likeness_of(point, variant)).max().filter(|likeness| *likeness > 0)
 }
 
+/// The submodule of an access point in the subslot of a submodule of slot 0.
+pub(super) fn in_access_point<'g>(point: &'g AccessPoint, of: &device::DeviceSubmodule) -> Option<&'g GsdmlSubmodule> {
+    point.submodules.iter().find(|known| holds(&known.subslots, of.subslot))
+}
+
 /// The modules that can be in a slot.
 pub(super) fn in_slot<'g>(gsdml: &'g Gsdml, point: &'g AccessPoint, slot: u16) -> Vec<SlottedModule<'g>> {
     if slot == point.slot {

@@ -104,7 +104,7 @@ fn network_of(point: &AccessPoint) -> Vec<(u16, u32)> {
     network
 }
 
-impl OverlayBuilder<'_> {
+impl<'w> OverlayBuilder<'w> {
     fn taken(&mut self, what: &str, number: u32, from: ValueSource) {
         self.done.taken.push(format!("{what} is 0x{number:X}, from {from}"));
     }
@@ -328,9 +328,12 @@ impl OverlayBuilder<'_> {
         for index in 0..self.device.records.len() {
             let record = &self.device.records[index];
             let Some(at) = self.device.submodules.get(record.at).filter(|_| record.start) else { continue };
-            let slots = self.points.iter().flat_map(|point| matching::in_slot(gsdml, point, at.slot));
-            let known: Vec<&GsdmlRecord> =
-                slots.flat_map(|slotted| slotted.in_subslot(at.subslot)).flat_map(|known| &known.records).collect();
+            let mut submodules = self.meant(gsdml, record.at);
+            if submodules.is_empty() {
+                let slots = self.points.iter().flat_map(|point| matching::in_slot(gsdml, point, at.slot));
+                submodules = slots.flat_map(|slotted| slotted.in_subslot(at.subslot)).collect();
+            }
+            let known: Vec<&GsdmlRecord> = submodules.into_iter().flat_map(|known| &known.records).collect();
             if record.origin == Origin::Invented {
                 let own = known.into_iter().filter(|of| !known_indices.contains(&of.index)).collect::<Vec<_>>();
                 self.invented_record(index, &own);
@@ -339,6 +342,32 @@ impl OverlayBuilder<'_> {
                 self.printed_record(index, &own);
             }
         }
+    }
+
+    /// The submodules of the GSDML that a submodule of the manual, by its index, certainly means: a station can have other modules in
+    /// the same slot, with records of their own.
+    fn meant(&self, gsdml: &'w Gsdml, at: usize) -> Vec<&'w GsdmlSubmodule> {
+        let Some(submodule) = self.device.submodules.get(at) else { return Vec::new() };
+        let slotted = |point: &'w AccessPoint| {
+            let modules = (0..self.device.modules.len()).flat_map(|module| {
+                matching::slots(self.device, module).into_iter().map(move |(slot, indices)| (module, slot, indices))
+            });
+            let found =
+                modules.filter(|(_, _, indices)| indices.contains(&at)).filter_map(|(module, slot, indices)| {
+                    let of = (module, slot, indices.as_slice());
+                    match matching::find(gsdml, point, self.device, of, &self.variant, self.says) {
+                        ModuleMatch::One(_, found) => found.into_iter().find(|(index, _)| *index == at),
+                        _ => None,
+                    }
+                });
+            found.filter_map(|(_, found)| match found {
+                SubmoduleMatch::One(known) => Some(known),
+                _ => None,
+            })
+        };
+        let in_access_point = self.points.iter().filter(|_| submodule.slot == 0);
+        let in_access_point = in_access_point.filter_map(|point| matching::in_access_point(point, submodule));
+        in_access_point.chain(self.points.iter().copied().flat_map(slotted)).collect()
     }
 
     /// Adds the start records of the GSDML that the manual lacks, with their defaults, to the submodules of the manual's modules.

@@ -1,24 +1,26 @@
 //! Disagreements between the records of manual and GSDML.
 
 use super::compare::{ComparedValues, GsdmlComparison, hex, quoted};
-use super::matching;
-use super::model::{AccessPoint, Gsdml, GsdmlRecord};
+use super::model::{GsdmlRecord, GsdmlSubmodule};
 use super::overlay::is_place_of;
 use results::outcome::FindingSeverity;
 use suite::device::{self, Origin, RecordField};
 
-/// Compares the records of each submodule of the manual with the start-up records of the GSDML.
-pub(super) fn compare(work: &mut GsdmlComparison<'_>, gsdml: &Gsdml, point: &AccessPoint) {
+/// The submodule of a GSDML that a submodule of the manual, by its index, means. A station can have other modules in the same slot; their
+/// records are not those of the manual's.
+pub(super) type MeantSubmodules<'g> = [(usize, &'g GsdmlSubmodule)];
+
+/// Compares the records of each submodule of the manual with the start-up records of the submodules that it means.
+pub(super) fn compare(work: &mut GsdmlComparison<'_>, meant: &MeantSubmodules<'_>) {
     let device = work.device;
     for record in
         device.records.iter().filter(|record| record.origin == Origin::Manual && !is_only_read(device, record))
     {
         let Some(at) = device.submodules.get(record.at) else { continue };
-        let slots = matching::in_slot(gsdml, point, at.slot);
-        let submodules: Vec<_> = slots.iter().flat_map(|slotted| slotted.in_subslot(at.subslot)).collect();
-        let of_api = submodules.iter().filter(|known| known.api == at.api);
+        let submodules = meant.iter().filter(|(index, _)| *index == record.at).map(|(_, known)| *known);
+        let submodules: Vec<&GsdmlSubmodule> = submodules.filter(|known| known.api == at.api).collect();
         let known: Vec<&GsdmlRecord> =
-            of_api.flat_map(|of| &of.records).filter(|of| of.index == u32::from(record.index)).collect();
+            submodules.iter().flat_map(|of| &of.records).filter(|of| of.index == u32::from(record.index)).collect();
         if known.is_empty() && record.start && !submodules.is_empty() {
             let three = ComparedValues {
                 manual: Some(format!("{} bytes, index {}", record.octets, hex(record.index.into()))),
@@ -29,12 +31,12 @@ pub(super) fn compare(work: &mut GsdmlComparison<'_>, gsdml: &Gsdml, point: &Acc
                 format!("The GSDML does not have the record {}, which the manual requires at start-up.", record.name);
             work.find(record.name.clone(), FindingSeverity::Error, text, three);
         }
-        // Several submodules for the same subslot may have the record.
+        // Several modules of the manual may contain the submodule.
         for known in known {
             record_of(work, record, known);
         }
     }
-    unknown(work, gsdml, point);
+    unknown(work, meant);
 }
 
 /// Whether a record is only for reading: the record that is written at start-up under the same index is another one.
@@ -74,15 +76,12 @@ fn record_of(work: &mut GsdmlComparison<'_>, record: &device::DeviceRecord, know
     }
 }
 
-/// Reports start-up records of the GSDML, in subslots of the manual, that the manual does not have.
-fn unknown(work: &mut GsdmlComparison<'_>, gsdml: &Gsdml, point: &AccessPoint) {
+/// Reports start-up records of the meant submodules that the manual does not have.
+fn unknown(work: &mut GsdmlComparison<'_>, meant: &MeantSubmodules<'_>) {
     let device = work.device;
-    let mut places: Vec<(u16, u16)> = device.submodules.iter().map(|of| (of.slot, of.subslot)).collect();
-    places.sort_unstable();
-    places.dedup();
-    for (slot, subslot) in places {
-        let slots = matching::in_slot(gsdml, point, slot);
-        for known in slots.iter().flat_map(|slotted| slotted.in_subslot(subslot)).flat_map(|of| &of.records) {
+    let of = |index: &usize| device.submodules.get(*index);
+    for (of, submodule) in meant.iter().filter_map(|(index, known)| Some((of(index)?, known))) {
+        for known in &submodule.records {
             let is_known = device.records.iter().any(|record| u32::from(record.index) == known.index);
             if !is_known {
                 let three = ComparedValues {
@@ -90,7 +89,7 @@ fn unknown(work: &mut GsdmlComparison<'_>, gsdml: &Gsdml, point: &AccessPoint) {
                     gsdml: Some(format!("{}, {} bytes", quoted(&known.name), known.octets)),
                     device: None,
                 };
-                let index = hex(known.index);
+                let (slot, subslot, index) = (of.slot, of.subslot, hex(known.index));
                 let text = format!("The manual does not have the record {index} of slot {slot}, subslot {subslot}.");
                 work.find(format!("record_{}", index.to_lowercase()), FindingSeverity::Info, text, three);
             }

@@ -51,7 +51,7 @@ fn shown(findings: &[DeviceFinding]) -> Vec<String> {
 }
 
 /// What a device reports of itself, read over the virtual wire with implicit reads. DCP is left out.
-fn reported(manual: &str, variant: &str) -> ReportedIdentity {
+pub(crate) fn reported(manual: &str, variant: &str) -> ReportedIdentity {
     let ip = Ipv4Addr::new(192, 168, 0, 20);
     let mask = Ipv4Addr::new(255, 255, 255, 0);
     let setup = Setup {

@@ -30,6 +30,7 @@ mod load_errors;
 mod loader;
 mod many_stations;
 mod misspelt_words;
+mod modular_stations;
 mod needs;
 mod new_manual;
 mod no_false_pass;
