@@ -80,6 +80,7 @@
 //!     fail_safe: false,
 //!     dpv1: false,
 //!     ms1: false,
+//!     extra_alarm_sap: false,
 //!     ms2: 0,
 //!     abilities: None,
 //!     set_ext_prm: false,

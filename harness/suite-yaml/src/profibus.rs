@@ -32,7 +32,7 @@ impl StepScope<'_, '_> {
             "set_slave_address" => DpService::SetSlaveAddress {
                 new: self.value(field("new")?, &Type::whole(8, false))?,
                 ident: self.number(field("ident")?, "an ident number")?,
-                lock: fields.get("lock").map_or(Ok(0), |node| self.number(node, "an byte"))?,
+                lock: fields.get("lock").map_or(Ok(0), |node| self.number(node, "a byte"))?,
                 length: fields.get("length").map(|node| self.number(node, "a length")).transpose()?,
             },
             "global_control" => {
@@ -61,6 +61,12 @@ impl StepScope<'_, '_> {
                 slot: self.number(field("slot")?, "a slot")?,
                 index: self.number(field("index")?, "an index")?,
                 bytes: octets(field("bytes")?)?,
+            },
+            "alarm_ack" => DpService::AlarmAck {
+                own_access_point: fields.get("own_access_point").map_or(Ok(false), |node| self.bit(node))?,
+                slot: self.number(field("slot")?, "a slot")?,
+                alarm_type: self.number(field("alarm_type")?, "a type of an alarm")?,
+                specifier: self.number(field("specifier")?, "a specifier")?,
             },
             "im_read" | "ms2_im_read" => {
                 let record = field("record")?;

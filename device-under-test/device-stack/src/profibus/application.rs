@@ -11,6 +11,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use station::{StandAction, Time};
 use wire::profibus::cfg::IoLengths;
+use wire::profibus::diag::Specifier;
 use wire::profibus::dpv1::{Dpv1ErrorDecode, InitiateFeatures, RecordError};
 use wire::profibus::prm::{PrmBlock, SetPrm};
 
@@ -101,6 +102,11 @@ pub trait SlaveApplication {
         Err(Dpv1RecordRefusal::error(RecordError::INVALID_INDEX))
     }
 
+    /// The class 1 master acknowledges an alarm. Refused unless this alarm of the slot waits for it.
+    fn acknowledge_alarm(&mut self, now: Time, alarm: AcknowledgedAlarm) -> Result<(), Dpv1RecordRefusal> {
+        Err(Dpv1RecordRefusal::error(RecordError::FEATURE_NOT_SUPPORTED))
+    }
+
     /// A connection of a class 2 master, or MS1, has ended: drop responses that were not fetched.
     fn forget(&mut self, now: Time, channel: Dpv1Channel) {}
 
@@ -153,6 +159,8 @@ pub struct SlaveIdentity {
     pub dpv1: bool,
     /// Whether a class 1 master can read and write records.
     pub ms1: bool,
+    /// Extra_Alarm_SAP_supp: whether a class 1 master can acknowledge alarms at an access point of their own, too.
+    pub extra_alarm_sap: bool,
     /// Number of connections of class 2 masters; 0 without MS2.
     pub ms2: usize,
     /// The features and addresses in the answer to the Initiate of a class 2 master.
@@ -203,6 +211,17 @@ pub struct Dpv1Access {
     pub slot: u8,
     /// Index.
     pub index: u8,
+}
+
+/// The alarm that a master acknowledges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AcknowledgedAlarm {
+    /// Slot_Number.
+    pub slot: u8,
+    /// Alarm_Type, 0 to 126.
+    pub alarm_type: u8,
+    /// The specifier of the alarm, with its sequence number.
+    pub specifier: Specifier,
 }
 
 /// Why a record was refused: the error bytes after the function number.

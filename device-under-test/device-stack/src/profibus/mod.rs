@@ -24,8 +24,8 @@ mod state_machine;
 mod tests;
 
 pub use application::{
-    DiagnosisBits, DpState, Dpv1Access, Dpv1Channel, Dpv1RecordRefusal, ExchangeEnd, SlaveApplication, SlaveIdentity,
-    SlaveStatus,
+    AcknowledgedAlarm, DiagnosisBits, DpState, Dpv1Access, Dpv1Channel, Dpv1RecordRefusal, ExchangeEnd,
+    SlaveApplication, SlaveIdentity, SlaveStatus,
 };
 pub use device::DpDevice;
 pub use hooks::{SlaveHooks, SlaveStackCheck};

@@ -1,9 +1,9 @@
-//! DP-V1 records: MS1 for the class 1 master, MS2 connections for class 2 masters.
+//! DP-V1 records and acknowledgements of alarms: MS1 for the class 1 master, MS2 connections for class 2 masters.
 //!
 //! A request is acknowledged, and the master fetches the answer with an empty poll once it is available. This module
 //! must not know the content of records.
 
-use super::application::{Dpv1Access, Dpv1Channel, Dpv1RecordRefusal, SlaveIdentity};
+use super::application::{AcknowledgedAlarm, Dpv1Access, Dpv1Channel, Dpv1RecordRefusal, SlaveIdentity};
 use super::link::ServiceAnswer;
 use super::slave::SlaveEnv;
 use alloc::vec::Vec;
@@ -72,6 +72,8 @@ struct Ms2Connection {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Dpv1Records {
     ms1: SapResponse,
+    /// Of the access point that only acknowledges alarms.
+    alarms: SapResponse,
     /// The master that waits for the resource manager, and the answer for it.
     manager: Option<(u8, SapResponse)>,
     connections: Vec<Ms2Connection>,
@@ -80,20 +82,20 @@ pub(super) struct Dpv1Records {
 impl Dpv1Records {
     /// A request or a poll of the class 1 master.
     pub fn serve_ms1(&mut self, env: &mut SlaveEnv<'_>, data: &[u8], takes: Duration) -> ServiceAnswer {
-        if data.is_empty() {
-            return self.ms1.poll(env.now);
+        serve(&mut self.ms1, env, data, takes)
+    }
+
+    /// An acknowledgement or a poll at the access point that only acknowledges alarms.
+    pub fn serve_alarms(&mut self, env: &mut SlaveEnv<'_>, data: &[u8], takes: Duration) -> ServiceAnswer {
+        if data.first().is_some_and(|function| *function != Dpv1Function::ALARM_ACK.0) {
+            return ServiceAnswer::NO_SERVICE;
         }
-        if self.ms1.answer.is_some() {
-            return ServiceAnswer::Code(AnswerFunction::NO_RESOURCE);
-        }
-        let due = env.now + takes;
-        self.ms1.put(due, &answer(env, Dpv1Channel::Ms1, data));
-        ServiceAnswer::Taken
+        serve(&mut self.alarms, env, data, takes)
     }
 
     /// MS1 has ended.
     pub fn end_ms1(&mut self, env: &mut SlaveEnv<'_>) {
-        self.ms1 = SapResponse::default();
+        (self.ms1, self.alarms) = Default::default();
         env.application.forget(env.application_time(), Dpv1Channel::Ms1);
     }
 
@@ -205,7 +207,20 @@ impl Dpv1Records {
     }
 }
 
-/// The answer to a record request.
+/// Serves a request or a poll of the class 1 master at an access point with one pending response.
+fn serve(response: &mut SapResponse, env: &mut SlaveEnv<'_>, data: &[u8], takes: Duration) -> ServiceAnswer {
+    if data.is_empty() {
+        return response.poll(env.now);
+    }
+    if response.answer.is_some() {
+        return ServiceAnswer::Code(AnswerFunction::NO_RESOURCE);
+    }
+    let due = env.now + takes;
+    response.put(due, &answer(env, Dpv1Channel::Ms1, data));
+    ServiceAnswer::Taken
+}
+
+/// The answer to a record request, or to an acknowledgement of an alarm.
 fn answer(env: &mut SlaveEnv<'_>, channel: Dpv1Channel, data: &[u8]) -> Dpv1Pdu {
     let at = env.application_time();
     let access = |record: &Dpv1Record| Dpv1Access { channel, slot: record.slot, index: record.index };
@@ -224,6 +239,13 @@ fn answer(env: &mut SlaveEnv<'_>, channel: Dpv1Channel, data: &[u8]) -> Dpv1Pdu 
             Ok(()) => Dpv1Pdu::Write(Dpv1Record { data: Vec::new(), ..record }),
             Err(refusal) => refused(Dpv1Function::WRITE_REFUSED, refusal),
         },
+        Ok(Dpv1Pdu::AlarmAck { slot, alarm_type, specifier }) if channel == Dpv1Channel::Ms1 => {
+            let alarm = AcknowledgedAlarm { slot, alarm_type, specifier };
+            match env.application.acknowledge_alarm(at, alarm) {
+                Ok(()) => Dpv1Pdu::AlarmAck { slot, alarm_type, specifier },
+                Err(refusal) => refused(Dpv1Function::ALARM_ACK_REFUSED, refusal),
+            }
+        }
         Ok(pdu) => {
             refused(Dpv1Function(pdu.function().0 | 0x80), Dpv1RecordRefusal::error(RecordError::FEATURE_NOT_SUPPORTED))
         }

@@ -85,13 +85,17 @@ impl PoweredSlave {
             (SlaveSap::READ_INPUTS, Some(MasterSap::MS0)) => self.read_inputs(env),
             (SlaveSap::READ_OUTPUTS, Some(MasterSap::MS0)) => self.read_outputs(env),
             (SlaveSap::SET_SLAVE_ADDRESS, Some(MasterSap::MS0)) => self.set_slave_address(env, data),
-            (SlaveSap::SERVER, Some(MasterSap::MS1)) => {
+            (access_point @ (SlaveSap::SERVER | SlaveSap::ALARM), Some(MasterSap::MS1)) => {
                 let is_on = self.check(env, SlaveStackCheck::Dpv1, self.has_dpv1);
                 if !self.identity.ms1 || !is_on || !self.is_exchanging_with(sa) {
                     return ServiceAnswer::NO_SERVICE;
                 }
                 let takes = self.record_time();
-                self.records.serve_ms1(env, data, takes)
+                match access_point {
+                    SlaveSap::ALARM if !self.identity.extra_alarm_sap => ServiceAnswer::NO_SERVICE,
+                    SlaveSap::ALARM => self.records.serve_alarms(env, data, takes),
+                    _ => self.records.serve_ms1(env, data, takes),
+                }
             }
             (SlaveSap(sap), Some(MasterSap::MS2)) => {
                 let takes = self.record_time();

@@ -1,4 +1,4 @@
-//! Reading and writing records: the master sends the request, then polls the slave until the response is ready.
+//! Reading and writing records, and acknowledging alarms: the master sends the request, then polls the slave until the response is ready.
 //!
 //! Source: IEC 61158-6-3, MSAC1 and MSAC2; data set 47: PROFIdrive profile, base mode parameter access.
 
@@ -11,6 +11,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use station::Time;
 use wire::profibus::call::{CALL_INDEX, Call, ExtendedFunction, FunctionIndex};
+use wire::profibus::diag::Specifier;
 use wire::profibus::dpv1::{Dpv1Function, Dpv1Pdu, Dpv1Record, Dpv1Refusal, PduDirection};
 use wire::profibus::fdl::RequestFunction;
 use wire::profibus::sap::{MasterSap, SlaveSap};
@@ -44,6 +45,11 @@ impl AcyclicPoint {
         AcyclicPoint { to, slave: SlaveSap::SERVER.0, master: MasterSap::MS1 }
     }
 
+    /// MS1: the access point that only acknowledges alarms.
+    pub fn alarms(to: u8) -> AcyclicPoint {
+        AcyclicPoint { slave: SlaveSap::ALARM.0, ..AcyclicPoint::ms1(to) }
+    }
+
     /// MS2: the access point `sap` of a connection, or the resource manager.
     pub fn ms2(to: u8, sap: u8) -> AcyclicPoint {
         AcyclicPoint { to, slave: sap, master: MasterSap::MS2 }
@@ -56,12 +62,32 @@ impl AcyclicPoint {
     }
 }
 
-/// A read or a write of a record.
+/// The service of a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum AcyclicFunction {
+    Read,
+    Write,
+    AlarmAck { alarm_type: u8, specifier: Specifier },
+}
+
+impl AcyclicFunction {
+    /// The function of the response that refuses it.
+    fn refusal(self) -> Dpv1Function {
+        match self {
+            AcyclicFunction::Read => Dpv1Function::READ_REFUSED,
+            AcyclicFunction::Write => Dpv1Function::WRITE_REFUSED,
+            AcyclicFunction::AlarmAck { .. } => Dpv1Function::ALARM_ACK_REFUSED,
+        }
+    }
+}
+
+/// A read or a write of a record, or the acknowledgement of an alarm.
 #[derive(Debug)]
 pub(super) struct RecordJob {
     point: AcyclicPoint,
+    /// What is read or written; of an acknowledgement only the slot counts.
     request: Dpv1Record,
-    is_write: bool,
+    function: AcyclicFunction,
     /// The function that a CALL reads: its header is written first.
     call: Option<FunctionIndex>,
     requested: bool,
@@ -72,7 +98,7 @@ pub(super) struct RecordJob {
 
 impl RecordJob {
     pub fn read(now: Time, pace: AcyclicTiming, point: AcyclicPoint, (slot, index): (u8, u8), length: u8) -> RecordJob {
-        RecordJob::new(now, pace, point, Dpv1Record { slot, index, length, data: Vec::new() }, false)
+        RecordJob::new(now, pace, point, Dpv1Record { slot, index, length, data: Vec::new() }, AcyclicFunction::Read)
     }
 
     pub fn write(
@@ -83,12 +109,30 @@ impl RecordJob {
         data: Vec<u8>,
     ) -> RecordJob {
         let length = data.len() as u8;
-        RecordJob::new(now, pace, point, Dpv1Record { slot, index, length, data }, true)
+        RecordJob::new(now, pace, point, Dpv1Record { slot, index, length, data }, AcyclicFunction::Write)
     }
 
-    fn new(now: Time, pace: AcyclicTiming, point: AcyclicPoint, request: Dpv1Record, is_write: bool) -> RecordJob {
+    /// The acknowledgement of the alarm of a slot with this type and specifier.
+    pub fn acknowledge(
+        now: Time,
+        pace: AcyclicTiming,
+        point: AcyclicPoint,
+        slot: u8,
+        (alarm_type, specifier): (u8, Specifier),
+    ) -> RecordJob {
+        let request = Dpv1Record { slot, index: 0, length: 0, data: Vec::new() };
+        RecordJob::new(now, pace, point, request, AcyclicFunction::AlarmAck { alarm_type, specifier })
+    }
+
+    fn new(
+        now: Time,
+        pace: AcyclicTiming,
+        point: AcyclicPoint,
+        request: Dpv1Record,
+        function: AcyclicFunction,
+    ) -> RecordJob {
         let (next, until) = (now, now + pace.patience);
-        RecordJob { point, request, is_write, call: None, requested: false, pace, next, until }
+        RecordJob { point, request, function, call: None, requested: false, pace, next, until }
     }
 
     /// CALL: writes the header of the function to index 255, then reads index 255.
@@ -108,7 +152,14 @@ impl RecordJob {
         let mut data = Vec::new();
         if !self.requested {
             let record = self.request.clone();
-            if self.is_write { Dpv1Pdu::Write(record) } else { Dpv1Pdu::Read(record) }.write(&mut data);
+            let pdu = match self.function {
+                AcyclicFunction::Read => Dpv1Pdu::Read(record),
+                AcyclicFunction::Write => Dpv1Pdu::Write(record),
+                AcyclicFunction::AlarmAck { alarm_type, specifier } => {
+                    Dpv1Pdu::AlarmAck { slot: record.slot, alarm_type, specifier }
+                }
+            };
+            pdu.write(&mut data);
         }
         self.point.message(data)
     }
@@ -147,14 +198,14 @@ impl RecordJob {
     fn called(&mut self, now: Time, index: FunctionIndex, outcome: DpRecordOutcome) -> Option<DpRecordOutcome> {
         let data = match outcome {
             DpRecordOutcome::Accepted { data } => data,
-            DpRecordOutcome::Refused(refusal) if !self.is_write && is_not_ready(&refusal) && now < self.until => {
+            DpRecordOutcome::Refused(refusal) if !self.is_write() && is_not_ready(&refusal) && now < self.until => {
                 (self.requested, self.next) = (false, now + self.pace.poll);
                 return None;
             }
             outcome => return Some(outcome),
         };
-        if self.is_write {
-            (self.is_write, self.requested, self.next) = (false, false, now);
+        if self.is_write() {
+            (self.function, self.requested, self.next) = (AcyclicFunction::Read, false, now);
             (self.request.data, self.request.length) = (Vec::new(), LONGEST);
             return None;
         }
@@ -172,17 +223,23 @@ impl RecordJob {
 
     fn read_answer(&self, data: &[u8]) -> DpRecordOutcome {
         let unfit = |why| DpRecordOutcome::Failed(AcyclicError::Unfit(why));
-        let refused = if self.is_write { Dpv1Function::WRITE_REFUSED } else { Dpv1Function::READ_REFUSED };
+        let refused = self.function.refusal();
         match Dpv1Pdu::parse(data, PduDirection::Response) {
             Err(error) => unfit(error.to_string()),
             Ok(Dpv1Pdu::Abort { subnet, reason, .. }) if self.point.master == MasterSap::MS2 => {
                 DpRecordOutcome::Aborted(Ms2End { subnet, reason })
             }
             Ok(Dpv1Pdu::Refused(refusal)) if refusal.function == refused => DpRecordOutcome::Refused(refusal),
-            Ok(Dpv1Pdu::Read(record)) if !self.is_write && self.is_same(&record) => {
+            Ok(Dpv1Pdu::Read(record)) if self.function == AcyclicFunction::Read && self.is_same(&record) => {
                 DpRecordOutcome::Accepted { data: record.data }
             }
-            Ok(Dpv1Pdu::Write(record)) if self.is_write && self.is_same(&record) => {
+            Ok(Dpv1Pdu::Write(record)) if self.is_write() && self.is_same(&record) => {
+                DpRecordOutcome::Accepted { data: Vec::new() }
+            }
+            Ok(Dpv1Pdu::AlarmAck { slot, alarm_type, specifier })
+                if slot == self.request.slot
+                    && self.function == AcyclicFunction::AlarmAck { alarm_type, specifier } =>
+            {
                 DpRecordOutcome::Accepted { data: Vec::new() }
             }
             Ok(Dpv1Pdu::Read(record) | Dpv1Pdu::Write(record)) => unfit(format!(
@@ -193,6 +250,10 @@ impl RecordJob {
             )),
             Ok(other) => unfit(format!("function {:#04x}", other.function().0)),
         }
+    }
+
+    fn is_write(&self) -> bool {
+        self.function == AcyclicFunction::Write
     }
 
     fn is_same(&self, record: &Dpv1Record) -> bool {

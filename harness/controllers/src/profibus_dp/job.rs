@@ -103,6 +103,10 @@ impl MasterJob {
             MasterRequest::Write { to, slot, index, data } => {
                 Ok(MasterJob::Record(RecordJob::write(now, pace, AcyclicPoint::ms1(to), (slot, index), data)))
             }
+            MasterRequest::AcknowledgeAlarm { to, own_access_point, slot, alarm_type, specifier } => {
+                let point = if own_access_point { AcyclicPoint::alarms(to) } else { AcyclicPoint::ms1(to) };
+                Ok(MasterJob::Record(RecordJob::acknowledge(now, pace, point, slot, (alarm_type, specifier))))
+            }
             MasterRequest::Call { to, slot, index } => {
                 Ok(MasterJob::Record(RecordJob::call(now, pace, AcyclicPoint::ms1(to), slot, index)))
             }

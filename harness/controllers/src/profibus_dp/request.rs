@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 use core::fmt;
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::call::FunctionIndex;
+use wire::profibus::diag::Specifier;
 use wire::profibus::dpv1::{Dpv1AbortReason, Endpoint, InitiateFeatures, Subnet};
 use wire::profibus::global_control::GlobalControl;
 
@@ -102,6 +103,19 @@ pub enum MasterRequest {
         index: u8,
         /// The record, up to 240 bytes.
         data: Vec<u8>,
+    },
+    /// Alarm_Ack over MS1. Returns [`MasterOutcome::Record`](super::MasterOutcome::Record).
+    AcknowledgeAlarm {
+        /// Address of the slave.
+        to: u8,
+        /// Whether it goes to the access point that only acknowledges alarms (50), not to that of records (51).
+        own_access_point: bool,
+        /// The slot of the alarm.
+        slot: u8,
+        /// The type of the alarm, 0 to 126.
+        alarm_type: u8,
+        /// The specifier of the alarm.
+        specifier: Specifier,
     },
     /// CALL over MS1: reads a function behind index 255, such as I&M0. Returns [`MasterOutcome::Record`](super::MasterOutcome::Record).
     Call {

@@ -11,6 +11,7 @@ use virtual_wire::VirtualBus;
 use virtual_wire::null::{DiesAfter, Silent};
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::call::FunctionIndex;
+use wire::profibus::diag::Specifier;
 use wire::profibus::fdl::{AnswerFunction, FdlFrame, StationType};
 
 fn acyclic(rig: &MasterRig) -> Vec<(usize, String)> {
@@ -75,6 +76,45 @@ fn a_record_is_written_or_refused() {
     let outcome = rig.ask(write);
     let timeout = AcyclicError::Timeout(Duration::from_secs(5));
     assert_eq!(outcome, MasterOutcome::Record(DpRecordOutcome::Failed(timeout)));
+}
+
+/// Acknowledges a request to the meant access point and answers the next poll with `response`.
+fn respond(slave: &mut ScriptedSlave, is_meant: bool, data: &[u8], response: &[u8]) -> Option<SlaveReaction> {
+    if !is_meant {
+        return None;
+    }
+    if data.is_empty() {
+        return slave.record.take().map(|octets| SlaveReaction::Data(AnswerFunction::DATA_LOW, octets));
+    }
+    slave.record = Some(response.to_vec());
+    Some(SlaveReaction::Short)
+}
+
+/// IEC 61158-6-3, MSAC1_Alarm_Ack: the response has to repeat slot, type and specifier.
+#[test]
+fn an_alarm_is_acknowledged() {
+    let ask = |own_access_point: bool, say: fn(&mut ScriptedSlave, Option<u8>, &[u8]) -> Option<SlaveReaction>| {
+        let mut rig = MasterRig::standing(connection());
+        rig.slave.say = say;
+        let (slot, alarm_type, specifier) = (1, 2, Specifier(0x19));
+        let acknowledge = MasterRequest::AcknowledgeAlarm { to: SLAVE, own_access_point, slot, alarm_type, specifier };
+        let outcome = rig.ask(acknowledge);
+        let sap = Some(if own_access_point { 50 } else { 51 });
+        assert!(rig.slave.executed.contains(&(sap, vec![0x5C, 1, 2, 0x19])), "{:?}", rig.slave.executed);
+        match outcome {
+            MasterOutcome::Record(outcome) => outcome,
+            outcome => panic!("{outcome:?}"),
+        }
+    };
+    let accepted = DpRecordOutcome::Accepted { data: Vec::new() };
+    let good = ask(false, |slave, sap, data| respond(slave, sap == Some(51), data, &[0x5C, 1, 2, 0x19]));
+    assert_eq!(good, accepted);
+    let good = ask(true, |slave, sap, data| respond(slave, sap == Some(50), data, &[0x5C, 1, 2, 0x19]));
+    assert_eq!(good, accepted);
+    let refused = ask(false, |slave, sap, data| respond(slave, sap == Some(51), data, &[0xDC, 0x80, 0xB5, 0]));
+    assert!(matches!(refused, DpRecordOutcome::Refused(_)), "{refused:?}");
+    let other = ask(false, |slave, sap, data| respond(slave, sap == Some(51), data, &[0x5C, 1, 2, 0x11]));
+    assert_eq!(other, DpRecordOutcome::Failed(AcyclicError::Unfit("function 0x5c".into())));
 }
 
 /// IEC 61158-6-3: the response of MS1 is fetched by polls; the request itself is only acknowledged.

@@ -15,6 +15,7 @@ use results::verdict::Verdict;
 use suite::model::{AnswerMatcher, AnswerPart, DpService};
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::call::FunctionIndex;
+use wire::profibus::diag::Specifier;
 use wire::profibus::dpv1::{Dpv1AbortReason, Dpv1Pdu, Endpoint, InitiateFeatures, Subnet};
 use wire::profibus::fdl::BROADCAST;
 use wire::profibus::global_control::{GlobalCommand, GlobalControl};
@@ -187,6 +188,13 @@ impl<'a> RunningTrial<'a> {
             DpService::Write { slot, index, bytes } => {
                 MasterRequest::Write { to, slot: *slot, index: *index, data: bytes.clone() }
             }
+            DpService::AlarmAck { own_access_point, slot, alarm_type, specifier } => MasterRequest::AcknowledgeAlarm {
+                to,
+                own_access_point: *own_access_point,
+                slot: *slot,
+                alarm_type: *alarm_type,
+                specifier: Specifier(*specifier),
+            },
             DpService::ImRead { slot, number, class_2 } => {
                 let index = FunctionIndex::im(*number).unwrap_or(FunctionIndex::IM0);
                 match class_2 {

@@ -89,6 +89,7 @@ pub(super) static SERVICES: &[ServiceEntry] = &[
     (&read_outputs::KEYS, "RD_Outp."),
     (&ds_read::KEYS, "DS_Read over MS1."),
     (&ds_write::KEYS, "DS_Write over MS1."),
+    (&alarm_ack::KEYS, "Alarm_Ack over MS1: acknowledges an alarm of the diagnosis."),
     (
         &im_read::KEYS,
         "I&M0, I&M1 and so on, over MS1: CALL by index 255; the answer is the record without the header of CALL.",
@@ -191,6 +192,15 @@ key_set! {
     pub(crate) ms2_im_read "ms2_im_read" {
         slot must Whole(0, 0xFF), "The slot.";
         record must Whole(0, 199), "The record: 0 for I&M0.";
+    }
+}
+
+key_set! {
+    pub(crate) alarm_ack "alarm_ack" {
+        slot must Whole(0, 0xFF), "The slot of the alarm.";
+        alarm_type must Whole(0, 0x7F), "The type of the alarm.";
+        specifier must Whole(0, 0xFF), "The specifier of the alarm: the sequence number in bits 3 to 7.";
+        own_access_point may Whole(0, 1), "Whether it goes to access point 50, which only acknowledges alarms, instead of 51.";
     }
 }
 

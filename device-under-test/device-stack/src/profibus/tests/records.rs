@@ -29,6 +29,24 @@ fn a_class_1_master_writes_and_reads() {
     assert_eq!(exchange(&[0x5F, 1, 48, 0]), [0xDF, 0x80, 0xB6, 0]);
 }
 
+/// IEC 61158-6-3, MSAC1_Alarm_Ack: the response repeats slot, type and specifier; it may come from access point 50 or 51.
+#[test]
+fn a_class_1_master_acknowledges_an_alarm() {
+    let mut bench = bench(Attached::NONE);
+    bench.set_prm(&PRM);
+    bench.chk_cfg(&CFG);
+    for sap in [50, 51] {
+        let mut exchange = |request: &[u8]| {
+            assert_eq!(bench.ask(Some((sap, 51)), request), ObservedAnswer::Taken);
+            bench.wait(RECORD_WAIT);
+            bench.ask(Some((sap, 51)), &[])
+        };
+        assert_eq!(exchange(&[0x5C, 1, 2, 0x19]), ObservedAnswer::Data(8, [0x5C, 1, 2, 0x19].into()));
+        assert_eq!(exchange(&[0x5C, 1, 2, 0x11]), ObservedAnswer::Data(8, [0xDC, 0x80, 0xB5, 0].into()));
+    }
+    assert_eq!(bench.ask(Some((50, 51)), &[0x5E, 1, 47, 1]), RS, "records are at access point 51");
+}
+
 #[test]
 fn one_request_is_accepted_at_a_time_and_none_without_dpv1() {
     let mut bench = bench(Attached::NONE);

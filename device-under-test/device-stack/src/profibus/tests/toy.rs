@@ -4,12 +4,13 @@ use super::bench::SlaveBench;
 use core::time::Duration;
 use device_stack::Attached;
 use device_stack::profibus::{
-    DiagnosisBits, DpDevice, Dpv1Access, Dpv1RecordRefusal, ExchangeEnd, SlaveApplication, SlaveHooks, SlaveIdentity,
-    SlaveStatus,
+    AcknowledgedAlarm, DiagnosisBits, DpDevice, Dpv1Access, Dpv1RecordRefusal, ExchangeEnd, SlaveApplication,
+    SlaveHooks, SlaveIdentity, SlaveStatus,
 };
 use station::{StandAction, Time};
 use std::vec::Vec;
 use wire::profibus::cfg::IoLengths;
+use wire::profibus::diag::Specifier;
 use wire::profibus::dpv1::RecordError;
 use wire::profibus::fdl::BaudRate;
 use wire::profibus::prm::SetPrm;
@@ -43,6 +44,7 @@ pub fn bench(hooks: Attached<dyn SlaveHooks>) -> SlaveBench<DpDevice<ToySlaveApp
         fail_safe: true,
         dpv1: true,
         ms1: true,
+        extra_alarm_sap: true,
         ms2: 1,
         abilities: None,
         set_ext_prm: false,
@@ -117,6 +119,10 @@ impl SlaveApplication for ToySlaveApplication {
             255 if data == [0x08, 0, 0xFD, 0xE8] => Ok(()),
             _ => Err(Dpv1RecordRefusal::error(RecordError::ACCESS_DENIED)),
         }
+    }
+    fn acknowledge_alarm(&mut self, _: Time, alarm: AcknowledgedAlarm) -> Result<(), Dpv1RecordRefusal> {
+        let waits = AcknowledgedAlarm { slot: 1, alarm_type: 2, specifier: Specifier(0x19) };
+        if alarm == waits { Ok(()) } else { Err(Dpv1RecordRefusal::error(RecordError::STATE_CONFLICT)) }
     }
     fn read(&mut self, _: Time, access: Dpv1Access, out: &mut Vec<u8>) -> Result<(), Dpv1RecordRefusal> {
         match access.index {

@@ -47,6 +47,7 @@ fn identity() -> SlaveIdentity {
         fail_safe: true,
         dpv1: true,
         ms1: false,
+        extra_alarm_sap: false,
         ms2: 0,
         abilities: None,
         set_ext_prm: false,

@@ -72,6 +72,7 @@ impl Encoder {
             fail_safe: true,
             dpv1: true,
             ms1: true,
+            extra_alarm_sap: false,
             ms2: 0,
             abilities: None,
             set_ext_prm: false,
