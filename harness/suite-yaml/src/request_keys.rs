@@ -1,6 +1,6 @@
 //! The keys of `instead`: what can be changed in a request and in a start-up.
 
-use super::keys::WordChoices;
+use super::keys::{Shape, WordChoices};
 
 /// Whom `who` of a DCP identify means.
 pub(super) static SOUGHT: WordChoices<bool> = WordChoices(&[("all", true), ("own_name", false)]);
@@ -56,6 +56,7 @@ key_set! {
         dap_ident may Whole(0, 0xFFFF_FFFF), "Ident of the module in slot 0.";
         byte_order may Only("little"), "`little`: the RPC headers are little-endian.";
         ip may Only("none"), "`none`: no address is given; the device is called where it is.";
+        fields may NonEmptyMap(&Shape::Whole(0, 0xFFFF_FFFF_FFFF)), "Fields of the Connect request that have other values, by their words.";
         parameter_pause may Time, "How long the controller waits before it sends the end of the parameters.";
     }
 }

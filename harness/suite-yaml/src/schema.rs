@@ -13,7 +13,7 @@ use super::request_keys::{parameter_request, record_request, station_request};
 use super::topic_keys::{case, common_suite, defaults, procedures, topic, uses};
 use super::verbs::{VERBS, word_of};
 use controllers::profibus_dp::broken_frames;
-use controllers::profinet_io::DamagedIoFrame;
+use controllers::profinet_io::{ConnectField, DamagedIoFrame};
 use serde_json::{Map, Value, json};
 use std::time::Duration;
 use suite::device::{PATIENCE, PerBus, STANDARD_TIMES};
@@ -174,6 +174,8 @@ fn words(hooks: &[(&str, &str)]) -> Value {
     };
     let broken: Map<String, Value> =
         DamagedIoFrame::TABLE.iter().map(|(_, word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect();
+    let connect_fields = ConnectField::TABLE.iter().map(|of| (of.word.to_owned(), Value::from(of.sentence)));
+    let connect_fields = connect_fields.collect::<Map<_, _>>();
     let times = STANDARD_TIMES.iter().map(|(name, millis, sentence)| {
         let usual = plain_text::span(Duration::from_millis(*millis));
         ((*name).to_owned(), Value::from(format!("{usual}. {sentence}")))
@@ -192,6 +194,7 @@ fn words(hooks: &[(&str, &str)]) -> Value {
         },
         "services": services(profinet.services),
         "broken": broken,
+        "connect_fields": connect_fields,
         "profibus": {
             "names": names(on_profibus),
             "start": keys(on_profibus.settings),

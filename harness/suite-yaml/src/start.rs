@@ -6,6 +6,7 @@ use super::error::{Mistake, Read};
 use super::frame::{StepScope, is_none, literal, octets};
 use super::request_keys::connect_request;
 use super::yaml::{Node, NodeKind};
+use controllers::profinet_io::ConnectField;
 use expression::Value;
 use std::time::Duration;
 use suite::device::{DeviceDescription, DeviceRecord};
@@ -154,6 +155,10 @@ impl StepScope<'_, '_> {
             }
             let name = key.text("a key")?;
             let record = device.records.iter().position(|record| record.start && record.name == name);
+            if name == "fields" {
+                list.extend(self.connect_fields(value)?);
+                continue;
+            }
             list.push(match (name, record) {
                 (_, Some(record)) if is_none(value) => StartDeviation::RecordNone(record),
                 (_, Some(record)) => StartDeviation::RecordBytes(record, octets(value)?),
@@ -196,6 +201,19 @@ impl StepScope<'_, '_> {
             });
         }
         if list.is_empty() { Err(node.wrong("an empty `instead`")) } else { Ok(list) }
+    }
+
+    /// Fields of a Connect request, by their words.
+    fn connect_fields(&self, node: &Node) -> Read<Vec<StartDeviation>> {
+        let field = |(key, value): &(Node, Node)| {
+            let word = key.text("a field")?;
+            if ConnectField::by_word(word).is_none() {
+                let known = ConnectField::TABLE.iter().map(|field| field.word);
+                return Err(Mistake::unknown(key.spot, "field of a Connect", word, known));
+            }
+            Ok(StartDeviation::ConnectField(word.to_owned(), self.number(value, "a value of the field")?))
+        };
+        node.entries("fields of a Connect")?.iter().map(field).collect()
     }
 }
 

@@ -21,6 +21,7 @@ pub mod afx60_controls;
 pub mod afx60_leds;
 pub mod amt58;
 pub mod codes;
+pub mod connect_fields;
 mod connection_state;
 pub mod cyclic_state;
 pub mod diagnosis;
@@ -66,6 +67,7 @@ pub mod web;
 pub static GROUPS: &[&[Group]] = &[
     amt58::GROUPS,
     codes::GROUPS,
+    connect_fields::GROUPS,
     diagnosis::GROUPS,
     dp_diagnosis::GROUPS,
     dp_presets::GROUPS,

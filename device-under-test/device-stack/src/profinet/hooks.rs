@@ -35,12 +35,16 @@ pub enum StackCheck<'a> {
     Ends(AbortReason),
     /// The device ignores a block of this type in Connect.
     IgnoredBlock(BlockType),
+    /// The device accepts the version of a block of this type in Connect.
+    BlockVersion(BlockType),
     /// The device accepts the value of the field of this number. The fields of the block header count.
     ArField(&'a ArBlockReq, u8),
     /// The same for a field of IOCRBlockReq.
     IocrField(&'a IocrBlockReq, u8),
     /// The same for a field of AlarmCRBlockReq.
     AlarmCrField(&'a AlarmCrBlockReq, u8),
+    /// The same for a field of ExpectedSubmoduleBlockReq.
+    ExpectedField(u8),
     /// The plugged submodule has the expected input length in bytes.
     InputLength(u16),
     /// The plugged submodule has the expected output length in bytes.

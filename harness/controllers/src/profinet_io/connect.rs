@@ -89,6 +89,9 @@ pub(super) fn request(
         };
         octets.extend(Connect::of(blocks).to_vec());
     }
+    for (field, value) in &connection.replaced_fields {
+        field.replace(&mut octets, *value);
+    }
     octets
 }
 

@@ -2,6 +2,7 @@
 //!
 //! This module must not know how anything is sent; `limits` has the value ranges.
 
+use super::connect_field::ConnectField;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -127,6 +128,8 @@ pub struct ArConfig {
     pub order: Vec<ConnectPart>,
     /// Complete blocks with their headers, added to the Connect unchanged, such as an ARFSUBlock (0x010B).
     pub extra_blocks: Vec<u8>,
+    /// Fields of the Connect that have these values instead.
+    pub replaced_fields: Vec<(ConnectField, u64)>,
     /// ARArgsMaximum of the Connect: maximum length of an answer; `None`: 4096.
     pub args_maximum: Option<u32>,
     /// Whether to reuse the ARUUID of the last AR, like a controller that resumes the same AR after a loss.
@@ -220,6 +223,7 @@ impl ArConfig {
             activity_timeout_factor: 600,
             order: DEFAULT_ORDER.to_vec(),
             extra_blocks: Vec::new(),
+            replaced_fields: Vec::new(),
             args_maximum: None,
             same_uuid: false,
             repeats: true,

@@ -9,6 +9,7 @@ mod alarms;
 mod broken;
 mod call;
 mod connect;
+mod connect_field;
 mod connection;
 mod context;
 mod controller;
@@ -30,6 +31,7 @@ mod state;
 pub use alarms::AlarmAcknowledge;
 pub use broken::{DamagedIoFrame, broken_frames};
 pub use connect::connect_blocks;
+pub use connect_field::ConnectField;
 pub use connection::{
     ArConfig, ConnectPart, ConnectSubmodule, DeviceAddress, Reconnect, RecordAddress, StartUpMode, StartUpRecord,
 };

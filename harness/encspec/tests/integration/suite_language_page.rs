@@ -251,6 +251,7 @@ fn generated() -> String {
     for (of, list) in object(bus, "instead") {
         words(&mut out, &format!("In {of} on PROFIBUS"), list.as_object().expect("a list"));
     }
+    words(&mut out, "Fields of a Connect", object(encspec, "connect_fields"));
     words(&mut out, "Damaged frames on PROFINET", object(encspec, "broken"));
     words(&mut out, "Damaged frames on PROFIBUS", object(bus, "broken"));
     codes(&mut out, "Codes of refusals", object(encspec, "codes"));

@@ -3,8 +3,8 @@
 use super::persona;
 use crate::record::octets;
 use controllers::profinet_io::{
-    ArConfig, ArStartUpResult, CallError, ConnectOutcome, ConnectSubmodule, ControlOutcome, DeviceAddress,
-    IoRecordOutcome, RecordAddress, StartUpRecord as StartRecord,
+    ArConfig, ArStartUpResult, CallError, ConnectField, ConnectOutcome, ConnectSubmodule, ControlOutcome,
+    DeviceAddress, IoRecordOutcome, RecordAddress, StartUpRecord as StartRecord,
 };
 use expression::Value;
 use judge::answer::{NegativeResponse, ReceivedReply};
@@ -154,6 +154,9 @@ pub fn connection(
                 connection.frame_id_out = FrameId::DEVICE_CHOOSES.0;
             }
             StartDeviation::ParameterPause(pause) => connection.parameter_pause = *pause,
+            StartDeviation::ConnectField(word, value) => {
+                connection.replaced_fields.extend(ConnectField::by_word(word).map(|field| (field, *value)));
+            }
             StartDeviation::LittleEndian => connection.little_endian = true,
             StartDeviation::NoAddress => connection.gives_address = false,
             // Slot 0 has its own module, so the same subslot may occur there twice.

@@ -1,5 +1,6 @@
 //! Words of refusals: the tables that a service has on either bus, and which numbers a word stands for.
 
+use controllers::profinet_io::ConnectField;
 use suite::model::Code;
 use wire::profibus::dpv1::Dpv1AbortReason;
 use wire::profibus::fdl::AnswerFunction;
@@ -83,6 +84,12 @@ pub(crate) fn on_profinet(service: Service) -> Tables {
             (*word, Code::Pnio { decode, code1, code2: Some(code.0), word: (*word).to_owned() })
         })
     };
+    let field = || {
+        ConnectField::TABLE.iter().map(|field| {
+            let (decode, code1, word) = (ErrorDecode::PNIO.0, field.finder().0, field.refusal);
+            (word, Code::Pnio { decode, code1, code2: Some(field.number), word: word.to_owned() })
+        })
+    };
     let dcp = || {
         BlockError::TABLE
             .iter()
@@ -94,7 +101,7 @@ pub(crate) fn on_profinet(service: Service) -> Tables {
         Service::Parameters => vec![("PROFIdrive", parameter().collect()), pnio()],
         Service::Record | Service::Dp => vec![pnio()],
         Service::Station => vec![("DCP", dcp().collect())],
-        Service::Connect => vec![("PNIO status", cmrpc().chain(finder()).chain(record()).collect())],
+        Service::Connect => vec![("PNIO status", cmrpc().chain(finder()).chain(record()).chain(field()).collect())],
         Service::Last => vec![("PROFIdrive", parameter().collect()), pnio(), ("DCP", dcp().collect())],
     }
 }

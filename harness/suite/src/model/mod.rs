@@ -295,6 +295,8 @@ pub enum StartDeviation {
     LittleEndian,
     /// Do not assign an IP address; connect to the current address of the device.
     NoAddress,
+    /// The field of the Connect request with this word has this value.
+    ConnectField(String, u64),
     /// Wait before the end of the parameters.
     ParameterPause(Duration),
     /// PROFIBUS: do not send Set_Prm.

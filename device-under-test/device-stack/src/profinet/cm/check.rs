@@ -86,7 +86,9 @@ fn read_blocks(octets: &[u8], hooks: &AttachedStackHooks) -> Result<Vec<ConnectC
         }
         let finder = finder(kind).ok_or(unknown)?;
         let raw = RawBlock::read(&mut { reader }).map_err(|_| fault(finder, BLOCK_LENGTH))?;
-        demand(finder, [(VERSION_HIGH, raw.header.version_high == 1), (VERSION_LOW, raw.header.version_low == 0)])?;
+        let version = |field, is_own| (field, hooks.check(StackCheck::BlockVersion(kind), is_own));
+        let (high, low) = (raw.header.version_high, raw.header.version_low);
+        demand(finder, [version(VERSION_HIGH, high == 1), version(VERSION_LOW, low == 0)])?;
         let block = ConnectBlock::read(&mut reader).map_err(|_| fault(finder, BLOCK_LENGTH))?;
         demand(finder, [(BLOCK_LENGTH, block.rest.is_empty())])?;
         contents.push(block.content);
@@ -126,6 +128,7 @@ pub(super) fn connect(
     for (at, iocr) in iocrs.iter().enumerate() {
         check_iocr(iocr, hooks)?;
         let is_unique = iocrs[..at].iter().all(|other| other.iocr_reference != iocr.iocr_reference);
+        let is_unique = hooks.check(StackCheck::IocrField(iocr, IOCR_REFERENCE), is_unique);
         demand(ErrorSource::IOCR_BLOCK, [(IOCR_REFERENCE, is_unique)])?;
     }
     for kind in [IocrType::INPUT, IocrType::OUTPUT] {
@@ -245,6 +248,7 @@ fn check_expected(
     all: &mut Vec<ExpectedSubmoduleData>,
 ) -> Result<(), PnioStatus> {
     let finder = ErrorSource::EXPECTED_SUBMODULE_BLOCK;
+    let checked = |(field, holds)| (field, hooks.check(StackCheck::ExpectedField(field), holds));
     demand(finder, [(NUMBER_OF_APIS, !block.modules.is_empty())])?;
     for module in &block.modules {
         demand(
@@ -253,7 +257,8 @@ fn check_expected(
                 (7, module.module_ident_number != 0),
                 (8, module.module_properties == 0),
                 (9, !module.submodules.is_empty()),
-            ],
+            ]
+            .map(checked),
         )?;
         for (submodule, expected) in module.submodules.iter().zip(ExpectedSubmoduleData::of(module)) {
             let descriptions = &submodule.data_descriptions;
@@ -283,7 +288,8 @@ fn check_expected(
                     (14, inputs_fit && outputs_fit),
                     (15, descriptions.iter().all(|one| one.length_iops == 1)),
                     (16, descriptions.iter().all(|one| one.length_iocs == 1)),
-                ],
+                ]
+                .map(checked),
             )?;
             all.push(expected);
         }
