@@ -10,7 +10,7 @@ use encoder_profile::encoder_object::names::accepts;
 
 /// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[Group {
-    needs: &[Need::Profinet, Need::EncoderProfile],
+    needs: &[Need::Profinet],
     deviations: bugs! {
         "name-check-total-length-only" "Only the total length of a name is checked."
             => |d| names(&mut d.stack, |name, _| name.len() <= 127);

@@ -300,6 +300,7 @@ fn no_key_set_of_the_schema_is_left_out() {
         "services",
         "instead",
         "broken",
+        "connect_fields",
         "codes",
         "module_diff",
         "hooks",
