@@ -61,7 +61,7 @@ key_set! {
         id must Text, "Its id, unique in the manual; it stays when the requirement moves.";
         cites must Text, "The clause: section, table, page.";
         statement must Text, "What the clause says of the device, in one sentence of our own.";
-        level must Word(&LEVELS), "How strict it is; `must` only where the manual says it without ambiguity.";
+        level must Word(&LEVELS), "How strict it is; `must` only where the manual, or a profile that it refers to, says it without ambiguity.";
         source may Word(&SOURCES), "Who says it: the manual, a profile that it refers to, or common practice; by default as the file says.";
         channel may Word(&CHANNELS), "Where it can be observed; by default as the file says.";
         variants may NonEmpty(&Text), "The variants that it applies to, all by default.";
@@ -155,8 +155,8 @@ fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], 
     let channel = keyed.word(&requirement::channel, &CHANNELS)?.or(defaults.channel);
     let channel = channel.ok_or_else(|| missing(&requirement::channel))?;
     let ambiguity = optional(&requirement::ambiguity)?;
-    if level == Level::Must && (source != RequirementSource::Manual || ambiguity.is_some()) {
-        return wrong("only what the manual says without ambiguity is `must`");
+    if level == Level::Must && (source == RequirementSource::Convention || ambiguity.is_some()) {
+        return wrong("only what the manual or its profile says without ambiguity is `must`");
     }
     let varied = match keyed.get(&requirement::variations) {
         None => Vec::new(),

@@ -64,7 +64,7 @@ pub struct SuiteVariant {
 /// The weight of a failed requirement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, Serialize)]
 pub enum Level {
-    /// The manual states it without ambiguity.
+    /// The manual, or a profile or standard that it refers to, states it without ambiguity.
     Must,
     /// Expected by the manual or by convention.
     Should,
