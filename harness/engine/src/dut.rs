@@ -4,7 +4,7 @@ use super::environment::{DpLine, TrialEnvironment};
 use super::live::{LiveDevice, SharedLiveDevice};
 use super::segment::{DeviceOnStand, ModelOnStand, NoStand, PeerWithoutStand, Segment, VirtualSegment};
 use controllers::profibus_dp::MasterSettings;
-use deviations::{BuildError, Line, ManualBus, ReferenceDevice, Setup, Subject, subject};
+use deviations::{BuildError, Line, ReferenceDevice, Setup, Subject, subject};
 use station::{Duration, Outbox, Stand, Station, Time};
 use std::fmt;
 use std::net::Ipv4Addr;
@@ -183,12 +183,11 @@ impl DutSpec {
     }
 
     /// Connects a new device to a new segment for the trial `id`; its shaft position depends on the trial. A live device is used as it
-    /// is. `line` has the addresses and the baud rate on PROFIBUS.
-    pub fn segment<'a>(&'a self, id: &str, line: DpLine) -> Result<Box<dyn Segment + 'a>, String> {
+    /// is. `line` has the addresses and the baud rate on PROFIBUS, `is_slave` says whether the manual is one of PROFIBUS.
+    pub fn segment<'a>(&'a self, id: &str, line: DpLine, is_slave: bool) -> Result<Box<dyn Segment + 'a>, String> {
         let shaft = shaft(id);
         let subject = self.model();
         let mac = subject.as_ref().map_or(DEVICE.0.0, |subject| subject.manual.mac(DEVICE.0.0));
-        let is_slave = subject.as_ref().is_ok_and(|subject| matches!(subject.manual.bus, ManualBus::Profibus(_)));
         let is_built_in = matches!(self.kind, DutKind::Model { .. });
         let on = SegmentBuilder { is_slave, is_built_in, line };
         let built = move |deviations: &[String], is_named: bool| {

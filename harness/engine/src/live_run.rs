@@ -163,7 +163,7 @@ fn with_run<R>(
     // Each call has its own identifiers, else the device takes its requests for repetitions of the call before.
     environment.seed = environment.seed.wrapping_add(dut.live().map_or(0, |live| live.next_call()));
     let trial = variant.trials.first().ok_or_else(|| format!("{} has no case", manual.device.name))?;
-    let segment = dut.segment(&trial.id, environment.line)?;
+    let segment = dut.segment(&trial.id, environment.line, manual.device.profibus().is_some())?;
     Ok(work(&mut bus::trial(manual, variant, segment, trial, &environment)))
 }
 

@@ -103,7 +103,7 @@ pub(super) fn run_admitted(
         return Ok(not_run(TrialExclusion::NotApplicable { why, lines: vec!["persona".to_owned()] }));
     }
     let run_once = || -> Result<TrialOutcome, String> {
-        let segment = dut.segment(&trial.id, dp_line(dut, manual, Some(trial)))?;
+        let segment = dut.segment(&trial.id, dp_line(dut, manual, Some(trial)), manual.device.profibus().is_some())?;
         Ok(run_trial_on(segment, manual, variant, dut, trial, options))
     };
     let with_capture = |mut outcome: TrialOutcome| {

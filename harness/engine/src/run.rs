@@ -125,7 +125,8 @@ fn device(
 /// Reads the firmware of the device in a separate connection.
 fn firmware(manual: &Manual, variant: &SuiteVariant, dut: &DutSpec, environment: &TrialEnvironment) -> Option<String> {
     let trial = variant.trials.iter().find(|trial| trial.start().is_some())?;
-    bus::trial(manual, variant, dut.segment(&trial.id, environment.line).ok()?, trial, environment).firmware()
+    let segment = dut.segment(&trial.id, environment.line, manual.device.profibus().is_some()).ok()?;
+    bus::trial(manual, variant, segment, trial, environment).firmware()
 }
 
 fn rule_result(

@@ -2,7 +2,7 @@
 
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::keys::{Key, Keyed, WordChoices};
-use super::source::{Files, Sources, is_list_of_bugs};
+use super::source::{Files, Sources};
 use super::yaml::{Node, parse};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::{Arc, OnceLock};
@@ -216,8 +216,7 @@ impl AllBugs {
     /// Fails if no manual lists the bug `name`, which stands at `at`.
     pub(super) fn lists(&self, sources: &Sources, name: &str, at: &Node) -> Read<()> {
         let read = || {
-            let lists = sources.files().filter(|(path, _)| is_list_of_bugs(path));
-            let lists = lists.map(|(_, text)| bug_names(text));
+            let lists = sources.lists_of_bugs().map(bug_names);
             // A list that cannot be read is reported by the manual that it belongs to.
             let names: Option<Vec<Vec<String>>> = lists.collect();
             names.map(|names| names.into_iter().flatten().collect())

@@ -3,11 +3,11 @@
 //! This module knows files, not their contents.
 
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes, Spot};
+use super::folder;
+pub(super) use super::folder::{COMMON, PERSONAS};
 use expression::Value;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,10 +17,6 @@ use suite::device::DeviceTiming;
 /// The folder of the suite for any PROFINET IO device, whose `device.yaml` a description of a live device replaces.
 pub const ANY_DEVICE: &str = "profinet-io";
 
-/// The folder of what manuals share.
-pub(super) const COMMON: &str = "common";
-/// The folder of the personas.
-pub(super) const PERSONAS: &str = "personas";
 /// The list of a manual's requirements: this file, or several whose names begin so.
 pub(super) const REQUIREMENTS: &str = "requirements";
 /// The list of the deliberate bugs: this file, or several whose names begin so.
@@ -51,6 +47,19 @@ pub struct Sources {
     compiled: BTreeMap<&'static str, &'static [u8]>,
     /// The sentence of a bug by manual and name, where there is one.
     sentences: fn(&str, &str) -> Option<&'static str>,
+    /// Whether the device of the suite for any PROFINET IO device is that of a description.
+    pub(super) is_described: bool,
+    /// The lists of bugs of manuals that a folder replaced.
+    replaced_bugs: Vec<Cow<'static, str>>,
+}
+
+/// What a folder added to the suites.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AddedSuites {
+    /// Its manuals.
+    pub manuals: Vec<String>,
+    /// What it replaced: manuals by name, common suites and personas as `common/NAME` and `personas/NAME`.
+    pub replaced: Vec<String>,
 }
 
 /// Times of a bench that replace those of the suites.
@@ -100,6 +109,8 @@ impl Sources {
             is_for_rules: false,
             compiled: BTreeMap::new(),
             sentences: |_, _| None,
+            is_described: false,
+            replaced_bugs: Vec::new(),
         }
     }
 
@@ -133,42 +144,43 @@ impl Sources {
     ///
     /// Fails if the folder or a file in it cannot be read, or is no UTF-8.
     pub fn folder(path: &Path) -> Result<Sources, LoadErrors> {
-        let mut files = BTreeMap::new();
-        let failed = |path: &Path, error: io::Error| {
-            let at = Location { file: Arc::new(path.to_owned()), line: 0, column: 0 };
-            LoadErrors(vec![LoadError { at, width: 0, line: String::new(), message: error.to_string(), help: None }])
-        };
-        let list = |folder: &Path| -> Result<Vec<PathBuf>, LoadErrors> {
-            let entries = fs::read_dir(folder).map_err(|error| failed(folder, error))?;
-            let paths: Result<Vec<PathBuf>, io::Error> = entries.map(|entry| Ok(entry?.path())).collect();
-            paths.map_err(|error| failed(folder, error))
-        };
-        let stray = |path: &Path, message: &str| Err(failed(path, io::Error::other(message.to_owned())));
-        for folder in list(path)?.into_iter().filter(|path| path.is_dir()) {
-            let is_shared = folder.file_name().is_some_and(|name| name == COMMON || name == PERSONAS);
-            if !is_shared && !folder.join("device.yaml").is_file() {
-                return stray(
-                    &folder,
-                    "a folder of suites needs a `device.yaml`; without it nothing in the folder is read",
-                );
-            }
-            for file in list(&folder)? {
-                match file.extension().and_then(|end| end.to_str()) {
-                    _ if file.is_dir() => return stray(&file, "folders inside the folder of a manual are not read"),
-                    Some("yaml") => {}
-                    Some("xml" | "gsd" | "md") => continue,
-                    _ => {
-                        return stray(&file, "only files that end in `.yaml` are read here; rename it or take it away");
-                    }
-                }
-                let text = fs::read_to_string(&file).map_err(|error| failed(&file, error))?;
-                let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
-                if let (Some(folder), Some(file)) = (name(&folder), name(&file)) {
-                    files.insert(format!("{folder}/{file}"), Cow::Owned(text));
-                }
-            }
-        }
+        let files = folder::of_suites(path)?;
+        let files = files.into_iter().map(|file| (file.path, Cow::Owned(file.text))).collect();
         Ok(Sources { shown: path.to_owned(), files, ..Sources::none() })
+    }
+
+    /// The same suites with those of a folder: a folder of suites, or the folder of one manual.
+    ///
+    /// A manual of a name that there is already is replaced with all of its files; a common suite and a persona are replaced by
+    /// name. Fails as [`Sources::folder`] does, and if nothing in the folder is a suite.
+    pub fn and_folder(mut self, path: &Path) -> Result<(Sources, AddedSuites), LoadErrors> {
+        let files = folder::of_suites_or_manual(path)?;
+        let mut added = AddedSuites::default();
+        for folder in files.iter().filter_map(|file| file.path.strip_suffix("/device.yaml")) {
+            if self.files.contains_key(&format!("{folder}/device.yaml")) {
+                added.replaced.push(folder.to_owned());
+            }
+            // Common suites may name bugs that only the replaced manual lists.
+            let (gone, kept) =
+                self.files.into_iter().partition(|(path, _)| path.split_once('/').is_some_and(|of| of.0 == folder));
+            self.files = kept;
+            self.replaced_bugs.extend(gone.into_iter().filter(|(path, _)| is_list_of_bugs(path)).map(|(_, text)| text));
+            self.compiled.remove(folder);
+            added.manuals.push(folder.to_owned());
+        }
+        for file in files {
+            let folder = file.path.split_once('/').map_or("", |(folder, _)| folder);
+            let before = if folder == COMMON || folder == PERSONAS { self.files.get(&file.path) } else { None };
+            if before.is_some_and(|before| **before != file.text) {
+                added.replaced.push(file.path.trim_end_matches(".yaml").to_owned());
+                if folder == COMMON {
+                    self.compiled.clear();
+                }
+            }
+            self.elsewhere.insert(file.path.clone(), file.shown);
+            self.files.insert(file.path, Cow::Owned(file.text));
+        }
+        Ok((self, added))
     }
 
     /// The same suites for a program that judges by their rules and runs no case: the steps of the cases are checked and then dropped,
@@ -237,6 +249,12 @@ impl Sources {
     }
 
     /// The folders that hold a manual: those with a `device.yaml`, in the order of their names.
+    /// The text of each list of bugs, also of manuals that a folder replaced.
+    pub(super) fn lists_of_bugs(&self) -> impl Iterator<Item = &str> {
+        let listed = self.files().filter(|(path, _)| is_list_of_bugs(path)).map(|(_, text)| text);
+        listed.chain(self.replaced_bugs.iter().map(AsRef::as_ref))
+    }
+
     pub fn manuals(&self) -> Vec<String> {
         self.files.keys().filter_map(|path| path.strip_suffix("/device.yaml")).map(str::to_owned).collect()
     }

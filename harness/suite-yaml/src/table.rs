@@ -110,7 +110,7 @@ pub(super) fn rows<'n>(entry: &TopicEntry<'n>, names: &Names<'_>, give: &[Column
 /// The bugs that make a case or rule fail, or one `row` of a case: those of the whole case and those of the row.
 ///
 /// A common suite names bugs of all manuals that use it: those of others are passed over, and one at least has to be left for the
-/// case or one of its rows.
+/// case or one of its rows. A manual without a reference device lists no bugs, and nothing is asked of it.
 pub(super) fn catches<'n>(
     entry: &TopicEntry<'n>,
     row: Option<(&Row<'n>, &[Row<'n>])>,
@@ -130,7 +130,13 @@ pub(super) fn catches<'n>(
             let own = || ground.bugs.iter().map(|bug| bug.name.as_str());
             if !own().any(|known| known == name) {
                 if is_own || entry.shared.is_none() {
-                    return Err(Mistake::unknown(at.spot, "bug", &name, own()));
+                    let unknown = Mistake::unknown(at.spot, "bug", &name, own());
+                    return Err(match ground.bugs.is_empty() {
+                        true => {
+                            unknown.help("this manual lists no bugs: list it in bugs.yaml, or remove it from `catches`")
+                        }
+                        false => unknown,
+                    });
                 }
                 ground.elsewhere.lists(ground.sources, &name, at)?;
                 passed_over = true;
@@ -148,7 +154,7 @@ pub(super) fn catches<'n>(
     }
     let is_any_row_left = row.is_some_and(|(_, rows)| rows.iter().any(|row| row.catches.is_some()));
     match &entry.shared {
-        Some(shared) if passed_over && list.is_empty() && !is_any_row_left => Err(shared
+        Some(shared) if passed_over && list.is_empty() && !is_any_row_left && !ground.bugs.is_empty() => Err(shared
             .at
             .wrong(format!("no bug of this manual makes `{}` fail", entry.id))
             .help(format!("name one in this file: `catches: {{ {}: [...] }}`", entry.id))),

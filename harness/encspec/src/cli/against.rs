@@ -1,6 +1,6 @@
 //! `encspec replay --against` and `--shrink`: compares a capture with a device, and finds the shortest case that shows a difference.
 
-use super::{CommandError, Suites, live, print_message, show, sources};
+use super::{CommandError, Suites, live, print_message, show};
 use clap::Args;
 use compare::capture::{compare_capture, extract_capture, not_drivable};
 use compare::conversation::RecordedConversation;
@@ -68,7 +68,7 @@ impl AgainstArgs {
         let own = spec.live().map(|live| live.manual());
         let manual = own.or_else(|| manuals.iter().find(|of| of.device.name == spec.manual));
         let manual = manual.ok_or_else(|| CommandError::usage(format!("there is no suite for {}", spec.manual)))?;
-        let bench = ScriptBench::new(&sources(suites.folder.as_deref())?, manual, &spec.variant).map_err(stop)?;
+        let bench = ScriptBench::new(&suites.sources()?, manual, &spec.variant).map_err(stop)?;
         let text = self.masks.as_ref().map(|path| {
             let text = fs::read_to_string(path);
             text.map_err(|error| {

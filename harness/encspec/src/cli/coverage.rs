@@ -9,7 +9,7 @@ use suite::model::{Manual, RequirementClass, Trial};
 use suite::reach::{self, Reach};
 
 pub(super) fn coverage(args: &CoverageArgs) -> CommandResult {
-    let manuals: Vec<Coverage> = args.suites.load()?.iter().map(Coverage::of).collect();
+    let manuals: Vec<Coverage> = args.suites.load_one(args.manual.as_deref())?.iter().map(Coverage::of).collect();
     match args.format {
         ListingFormat::Json => show(&super::list::json(manuals)),
         ListingFormat::Text => show(&manuals.iter().map(Coverage::text).collect::<String>()),

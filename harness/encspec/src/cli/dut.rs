@@ -14,6 +14,24 @@ pub struct Devices {
     pub here: Vec<DutSpec>,
     /// Live devices.
     pub live: Vec<LiveTarget>,
+    /// Manuals that nothing runs because no device is named and they have no reference device.
+    pub without_model: Vec<String>,
+}
+
+/// Whether a reference device is built in for a manual.
+pub(super) fn has_model(manual: &Manual) -> bool {
+    deviations::subject(&manual.device.name).is_ok()
+}
+
+/// Fails if a manual has no reference device.
+fn check_model(manual: &Manual) -> Result<(), String> {
+    if has_model(manual) {
+        return Ok(());
+    }
+    let name = &manual.device.name;
+    Err(format!(
+        "{name} has no reference device; name a live device with --dut: a bench file, nic:IF, socket:ADDRESS or serial:TTY"
+    ))
 }
 
 /// The devices that `duts` (`--dut`) and `device` (`--device`) name. Without either, the reference devices of every manual and
@@ -40,14 +58,27 @@ pub fn devices(
             }
         }
     };
-    if duts.is_empty() {
-        let every =
-            || manuals.iter().flat_map(|of| of.device.variants.iter().map(move |variant| (of, variant.as_str())));
-        add(&model, &claimed.clone().unwrap_or_else(|| every().collect()));
+    let mut without_model = Vec::new();
+    match &claimed {
+        _ if !duts.is_empty() => {}
+        Some(claimed) => {
+            claimed.iter().try_for_each(|(manual, _)| check_model(manual))?;
+            add(&model, claimed);
+        }
+        None => {
+            let (built, others): (Vec<&Manual>, Vec<&Manual>) = manuals.iter().partition(|manual| has_model(manual));
+            without_model.extend(others.iter().map(|manual| manual.device.name.clone()));
+            let every = built.iter().flat_map(|of| of.device.variants.iter().map(|variant| (*of, variant.as_str())));
+            add(&model, &every.collect::<Vec<_>>());
+        }
     }
     for dut in duts {
         match (dut.split_once(':'), &claimed) {
-            (Some(("model", what)), None) => add(&model, &claim(what, manuals)?),
+            (Some(("model", what)), None) => {
+                let claimed = claim(what, manuals)?;
+                claimed.iter().try_for_each(|(manual, _)| check_model(manual))?;
+                add(&model, &claimed);
+            }
             (Some(("model", _)), Some(_)) => {
                 return Err(format!("`--dut {dut}` already says what the device is; remove `--device`"));
             }
@@ -58,6 +89,14 @@ pub fn devices(
                         "`--dut {dut}` needs `--device MANUAL[/VARIANT]`, the device that it claims to be"
                     ));
                 };
+                if let DutKind::Null(NullPeer::WrongIdentity | NullPeer::DiesAfter(_)) = kind
+                    && let Some((manual, _)) = claimed.iter().find(|(manual, _)| !has_model(manual))
+                {
+                    let name = &manual.device.name;
+                    return Err(format!(
+                        "`--dut {dut}` is made of a reference device, and {name} has none; use null:absent"
+                    ));
+                }
                 add(&kind, claimed);
             }
             (Some((kind, address)), claimed) if LinkSpec::of(kind, address).is_some() => {
@@ -93,6 +132,7 @@ pub fn devices(
     if !deviations.is_empty() && (!devices.live.is_empty() || devices.here.iter().any(has_no_deviations)) {
         return Err("only reference devices (`--dut model:...`) can have a bug or a variation".into());
     }
+    devices.without_model = without_model;
     Ok(devices)
 }
 

@@ -208,7 +208,7 @@ pub(super) fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, Comma
         patience: bench.timing.patience,
         tolerances: bench.tolerances.clone(),
     };
-    let mut sources = super::sources(suites.folder.as_deref())?.on_bench(times);
+    let mut sources = suites.sources()?.on_bench(times);
     if let Some(path) = &bench.description {
         let text = std::fs::read_to_string(path).map_err(|error| {
             CommandError::usage(format!("the description {} cannot be read: {error}", path.display()))

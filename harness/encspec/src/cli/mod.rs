@@ -27,19 +27,17 @@ mod replay;
 pub mod run;
 mod serve;
 mod slaves;
+mod suite_folders;
 mod variations;
 mod vendor_file;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use report::ExitStatus;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
-use suite::model::Manual;
-use suite::persona::Persona;
-use suite_yaml::persona::{load_personas, named_persona};
-use suite_yaml::{LoadErrors, Sources, load, load_some};
+pub use suite_folders::Suites;
+use suite_yaml::LoadErrors;
 
 /// Conformance and interoperability tests for absolute encoders on PROFINET and PROFIBUS DP.
 ///
@@ -149,6 +147,8 @@ struct AttributionArgs {
 struct CoverageArgs {
     /// Output format
     #[arg(long, value_enum, default_value_t)]
+    /// Name of the manual [default: all manuals]
+    manual: Option<String>,
     format: ListingFormat,
     #[command(flatten)]
     suites: Suites,
@@ -168,6 +168,8 @@ struct CheckArgs {
     path: Option<PathBuf>,
 }
 
+    #[command(flatten)]
+    suites: Suites,
 #[derive(Debug, Args)]
 struct ReplayArgs {
     /// Captures in pcap or pcapng format, optionally compressed with gzip or zstd; - reads standard input
@@ -222,56 +224,6 @@ enum ListingFormat {
     #[default]
     Text,
     Json,
-}
-
-/// Where the suites come from.
-#[derive(Clone, Debug, Default, Args)]
-pub struct Suites {
-    /// Read the suites from this folder instead of using the built-in ones
-    #[arg(long = "suites", value_name = "DIR")]
-    pub folder: Option<PathBuf>,
-}
-
-impl Suites {
-    /// Loads every manual.
-    pub fn load(&self) -> Result<Vec<Manual>, LoadErrors> {
-        load(&sources(self.folder.as_deref())?, None)
-    }
-
-    /// Loads the manuals that `duts` name. Loads every manual unless each of `duts` is a reference device of a built-in suite.
-    fn load_for(&self, duts: &[String]) -> Result<Vec<Manual>, LoadErrors> {
-        let sources = sources(self.folder.as_deref())?;
-        let known = sources.manuals();
-        let named = |dut: &String| {
-            let name = dut.strip_prefix("model:")?;
-            let name = name.split_once('/').map_or(name, |(name, _)| name);
-            known.iter().find(|known| *known == name).map(String::as_str)
-        };
-        match duts.iter().map(named).collect::<Option<Vec<&str>>>() {
-            // With `--suites` everything is loaded, so that errors in any file of the folder are reported.
-            Some(names) if !names.is_empty() && self.folder.is_none() => load_some(&sources, &names),
-            _ => load(&sources, None),
-        }
-    }
-
-    /// Loads every persona.
-    pub fn personas(&self) -> Result<Vec<Persona>, LoadErrors> {
-        load_personas(&sources(self.folder.as_deref())?)
-    }
-
-    /// The persona with this name; an unknown name is a usage error.
-    pub fn persona(&self, name: &str) -> Result<Arc<Persona>, CommandError> {
-        Ok(Arc::new(named_persona(self.personas()?, name).map_err(CommandError::usage)?))
-    }
-
-    fn load_one(&self, manual: Option<&str>) -> Result<Vec<Manual>, CommandError> {
-        Ok(load(&sources(self.folder.as_deref())?, manual)?)
-    }
-}
-
-fn sources(folder: Option<&Path>) -> Result<Sources, LoadErrors> {
-    let sources = folder.map_or_else(|| Ok(suites::sources()), Sources::folder)?;
-    Ok(sources.with_sentences(deviations::sentence))
 }
 
 /// An error that ends a command: the message for standard error, and the exit status.

@@ -3,7 +3,7 @@
 use super::dut::claim;
 use super::progress::CaptureReadProgress;
 use super::run::{open, write};
-use super::{CommandError, CommandResult, DissectArgs, ReplayArgs, ReplayFormat, list, print_message, show, sources};
+use super::{CommandError, CommandResult, DissectArgs, ReplayArgs, ReplayFormat, list, print_message, show};
 use judge::observe::{ProfibusWords, Tracker, describe};
 use plain_text::printable;
 use replay::{self, CaptureReport, FindingSeverity, IpReassembler, Reassembled, ReplayReport};
@@ -20,7 +20,7 @@ use virtual_wire::capture::{CaptureItem, LinkType};
 /// The manuals whose rules apply: all, one, or one variant of one.
 fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, CommandError> {
     let name = args.device.as_deref().map(|device| device.split_once('/').map_or(device, |(name, _)| name));
-    let sources = sources(args.suites.folder.as_deref())?;
+    let sources = args.suites.sources()?;
     // Judging a capture needs the rules but no cases.
     let sources = if args.against.drives() { sources } else { sources.for_rules() };
     let mut manuals = load(&sources, name)?;

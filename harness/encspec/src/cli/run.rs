@@ -199,6 +199,11 @@ impl RunRequest {
                 check_known_name("variation", variation, "variations", known)?;
             }
         }
+        for name in &devices.without_model {
+            super::print_message(&format!(
+                "{name} is not run: it has no reference device; name a live device with --dut"
+            ));
+        }
         let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
         let deviations = [self.bugs.as_slice(), &self.variations].concat();
         let mut devices =
@@ -418,7 +423,7 @@ fn evidence_pictures(case: &CaseResult, manuals: &[Manual]) -> CaseEvidence {
 
 /// The options that the command line for reproducing a failure must repeat.
 fn options_to_repeat(suites: &Suites) -> Vec<String> {
-    suites.folder.iter().flat_map(|folder| ["--suites".to_owned(), folder.display().to_string()]).collect()
+    suites.folders.iter().flat_map(|folder| ["--suites".to_owned(), folder.display().to_string()]).collect()
 }
 
 /// Opens the file of a report before anything runs, so that no result is lost to a wrong path. An existing file keeps its content

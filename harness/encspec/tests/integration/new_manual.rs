@@ -3,6 +3,7 @@
 #[path = "../fixtures/enc81.rs"]
 mod device;
 
+use crate::common::program::encspec;
 use device::{MANUAL, SUBJECT};
 use encspec::engine::scan::check_covers;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run};
@@ -12,6 +13,7 @@ use encspec::verdict::Verdict;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
+use testing::Folder;
 
 fn root() -> PathBuf {
     testing::workspace().canonicalize().expect("the workspace")
@@ -85,6 +87,98 @@ fn each_bug_shows() {
         }
         assert!(breaks.is_empty(), "{} does not break all of its requirements", bug.name);
     }
+}
+
+/// The manual in a folder of its own, as it is written without a reference device: no bugs.
+fn without_bugs(test: &str, called: &str) -> Folder {
+    let folder = Folder::new(test);
+    let files = fs::read_dir(root().join("harness/encspec/tests/fixtures").join(MANUAL.name)).expect("the manual");
+    for file in files.map(|entry| entry.expect("an entry").path()) {
+        let name = file.file_name().and_then(|name| name.to_str()).expect("a name").to_owned();
+        let text = fs::read_to_string(&file).expect("a text");
+        let text = text.replace(&format!("device: {}", MANUAL.name), &format!("device: {called}"));
+        let lines =
+            text.lines().filter(|line| !line.trim_start().starts_with("catches:")).map(|line| format!("{line}\n"));
+        if name != "bugs.yaml" {
+            folder.write(&format!("{called}/{name}"), &lines.collect::<String>());
+        }
+    }
+    folder
+}
+
+#[test]
+fn a_manual_without_bugs_is_checked_and_says_what_that_costs() {
+    let folder = without_bugs("no-bugs", "mine");
+    let said = encspec(&folder, &["check", "mine"]);
+    assert_eq!(said.status, Some(0), "{}", said.all());
+    assert!(said.out.starts_with("mine: 12 requirements, 0 bugs, "), "{}", said.out);
+    assert!(said.out.contains("\n  it lists no bugs: nothing proves that its cases can fail\n"), "{}", said.out);
+    folder.write("mine/bugs.yaml", "bugs: { some-bug: [E81-05] }\n");
+    let said = encspec(&folder, &["check", "mine"]);
+    assert!(said.err.contains("no bug of this manual makes `preset-survives-power-off` fail"), "{}", said.err);
+}
+
+/// `--suites` adds a manual to the built-in ones: its common suites are found, and the built-in manuals run as before.
+#[test]
+fn a_folder_adds_a_manual() {
+    let folder = without_bugs("adds", "mine");
+    let listed = encspec(&folder, &["list", "--suites", "mine", "mine", "preset-memory/"]);
+    assert_eq!((listed.status, listed.err.as_str()), (Some(0), ""), "{}", listed.out);
+    assert!(listed.out.starts_with("mine/preset-memory/preset-survives-power-off\n"), "{}", listed.out);
+    let run = encspec(&folder, &["run", "--suites", "mine", "parking/parks", "mine/", "--no-evidence"]);
+    assert_eq!(run.status, Some(2), "{}", run.all());
+    assert!(
+        run.err.contains("mine is not run: it has no reference device; name a live device with --dut"),
+        "{}",
+        run.err
+    );
+    let run = encspec(&folder, &["run", "--suites", "mine", "lika-xac77-profinet", "parking/", "--no-evidence"]);
+    assert_eq!(run.status, Some(0), "{}", run.all());
+    let named = encspec(&folder, &["run", "--suites", "mine", "--dut", "model:mine"]);
+    assert_eq!(named.status, Some(2), "{}", named.all());
+    assert!(named.err.contains("mine has no reference device; name a live device with --dut"), "{}", named.err);
+    // A peer that is no device needs no reference device, and must not pass.
+    let absent = ["run", "--suites", "mine", "--dut", "null:silent", "--device", "mine", "--no-evidence"];
+    let absent = encspec(&folder, &absent);
+    assert_eq!(absent.status, Some(1), "{}", absent.all());
+    assert!(absent.out.contains("Red: 12 results on 1 device: 12 inconclusive"), "{}", absent.out);
+}
+
+#[test]
+fn a_manual_of_the_same_name_replaces_the_built_in_one() {
+    let folder = without_bugs("replaces", "profinet-io");
+    let said = encspec(&folder, &["list", "--suites", "profinet-io", "profinet-io"]);
+    assert_eq!(said.status, Some(0), "{}", said.all());
+    assert_eq!(said.err, "encspec: profinet-io replaces profinet-io\n");
+    assert!(said.out.contains("profinet-io/positions/preset\n") && !said.out.contains("protocol-"), "{}", said.out);
+}
+
+/// Common suites and personas may stand in another folder than the manual, and a folder without any suite is a mistake.
+#[test]
+fn folders_are_added_one_after_the_other() {
+    let folder = without_bugs("folders", "mine");
+    let common = "common: mine-only\nwhy: It is tried.\ntakes:\n  position: { is: word, why: a position }\ncases:\n  - id: any\n    \
+                  why: There is a position.\n    steps: [ { expect: { =position: any } } ]\n";
+    folder.write("shared/common/mine-only.yaml", common);
+    let persona = "persona: hasty\nwhy: It is tried.\nsource: nothing\n";
+    folder.write("shared/personas/hasty.yaml", persona);
+    let uses = "suite: mine-only\nuse: mine-only\ndefaults: { start: { module: telegram_81 } }\ngive: { position: G1_XIST1 }\n\
+                covers: { any: [E81-02] }\nomit: {}\n";
+    folder.write("mine/mine-only.yaml", uses);
+    let both = ["list", "--suites", "shared", "--suites", "mine", "mine", "mine-only/"];
+    let said = encspec(&folder, &both);
+    assert_eq!((said.status, said.err.as_str()), (Some(0), ""), "{}", said.out);
+    assert!(said.out.contains("mine/mine-only/any\n"), "{}", said.out);
+    let said = encspec(&folder, &["personas", "--suites", "shared"]);
+    assert!(said.out.contains("hasty"), "{}", said.all());
+    let said = encspec(&folder, &["check", "mine"]);
+    assert!(said.err.contains("unknown common suite `mine-only`"), "{}", said.err);
+    let said = encspec(&folder, &["check", "mine", "--suites", "shared"]);
+    assert_eq!(said.status, Some(0), "{}", said.all());
+    folder.write("empty/readme.txt", "nothing\n");
+    let said = encspec(&folder, &["list", "--suites", "empty"]);
+    assert_eq!(said.status, Some(2), "{}", said.all());
+    assert!(said.err.contains("empty: there is no suite here"), "{}", said.err);
 }
 
 /// A new manual needs no change in any other file.
