@@ -128,8 +128,8 @@ fn tests(arguments: &Arguments) -> Result<Vec<Trial>, (String, u8)> {
         }
         // A rule is judged on the trials of the whole run.
         if !test.is_rule {
-            request.filter = Some(test.id.clone());
-            request.exact = true;
+            request.filter.filters = vec![test.id.clone()];
+            request.filter.exact = true;
         }
     }
     let run = Arc::new(SharedRun { manuals, request, result: OnceLock::new() });

@@ -1,9 +1,9 @@
 //! The options of a run: the devices, the trials, and which captures are written.
 
 use super::dut::DutSpec;
+use super::selection::Selection;
 use std::path::PathBuf;
 use std::sync::Arc;
-use suite::model::Manual;
 use suite::persona::Persona;
 
 /// The options of a run.
@@ -11,10 +11,8 @@ use suite::persona::Persona;
 pub struct RunOptions {
     /// The devices under test.
     pub duts: Vec<DutSpec>,
-    /// Only trials and rules whose full name contains this text.
-    pub filter: Option<String>,
-    /// Whether the filter is the whole name.
-    pub exact: bool,
+    /// The trials and rules that are run.
+    pub selection: Selection,
     /// The folder for captures of failed trials.
     pub evidence: Option<PathBuf>,
     /// The folder for captures of all trials.
@@ -63,13 +61,3 @@ impl std::str::FromStr for TrialPart {
 
 /// A callback for the progress of a run: the device under test of the last trial, trials done, trials in all.
 pub type RunProgress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
-
-/// Whether a trial or a rule passes the filter.
-pub fn selects(options: &RunOptions, manual: &Manual, id: &str) -> bool {
-    let full = format!("{}/{id}", manual.device.name);
-    match &options.filter {
-        None => true,
-        Some(filter) if options.exact => full == *filter || id == filter,
-        Some(filter) => full.contains(filter.as_str()),
-    }
-}

@@ -8,7 +8,7 @@ use super::likely_reading::likely_reading;
 use super::live::TrialExclusion;
 use super::live_run;
 use super::one_trial::run_admitted;
-use super::options::{RunOptions, RunProgress, selects};
+use super::options::{RunOptions, RunProgress};
 use super::outcome::TrialOutcome;
 use results::verdict::Verdict;
 use std::sync::Mutex;
@@ -25,8 +25,8 @@ pub(super) struct DevicePlan<'a> {
     pub variant: &'a SuiteVariant,
     pub dut: &'a DutSpec,
     pub trials: Vec<&'a Trial>,
-    /// Whether the filter names rules and no trial: then all trials are run for the rules and not reported.
-    pub only_rules: bool,
+    /// Whether all trials are run for the rules: then those that are not selected are not reported.
+    pub for_rules: bool,
 }
 
 impl<'a> DevicePlan<'a> {
@@ -37,17 +37,19 @@ impl<'a> DevicePlan<'a> {
         dut: &'a DutSpec,
         options: &RunOptions,
     ) -> DevicePlan<'a> {
-        let is_selected = |rule: &SuiteRule| selects(options, manual, &rule.id);
+        let selection = &options.selection;
+        let is_selected = |rule: &SuiteRule| selection.rule(manual, variant, rule);
         let all = variant.trials.iter();
-        let mut trials: Vec<&Trial> = all.clone().filter(|trial| selects(options, manual, &trial.id)).collect();
-        let only_rules = trials.is_empty() && variant.rules.iter().any(is_selected);
-        if only_rules {
+        let mut trials: Vec<&Trial> = all.clone().filter(|trial| selection.trial(manual, variant, trial)).collect();
+        let names_only_rules = trials.is_empty() && variant.rules.iter().any(is_selected);
+        let for_rules = names_only_rules || selection.has_broken_rule(manual, variant);
+        if for_rules {
             trials = all.collect();
         }
         if let Some(part) = options.part {
             trials = trials.into_iter().enumerate().filter(|(at, _)| part.has(*at)).map(|(_, trial)| trial).collect();
         }
-        DevicePlan { manual, described: described(manual, dut), variant, dut, trials, only_rules }
+        DevicePlan { manual, described: described(manual, dut), variant, dut, trials, for_rules }
     }
 
     /// The manual with the description of this device.

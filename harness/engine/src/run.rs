@@ -4,7 +4,7 @@ use super::dut::DutSpec;
 use super::environment::TrialEnvironment;
 use super::live::RestoreOutcome;
 use super::one_trial::environment;
-use super::options::{RunOptions, RunProgress, selects};
+use super::options::{RunOptions, RunProgress};
 use super::outcome::{BenchError, TrialOutcome};
 use super::plan::DevicePlan;
 use super::requirements::{self, level};
@@ -47,10 +47,10 @@ fn device(
     options: &RunOptions,
     progress: RunProgress<'_>,
 ) -> Result<DeviceRun, BenchError> {
-    let DevicePlan { manual, variant, dut, only_rules, .. } = *plan;
-    let is_selected = |rule: &SuiteRule| selects(options, manual, &rule.id);
+    let DevicePlan { manual, variant, dut, for_rules, .. } = *plan;
+    let selection = &options.selection;
     let environment = environment(dut, options, manual, None);
-    let filtered = options.filter.is_some() || options.part.is_some();
+    let filtered = !selection.is_all() || options.part.is_some();
     let probed =
         dut.live().map(|live| live_run::probe_device(manual, variant, dut, live)).transpose().map_err(BenchError)?;
     let is_refuted = probed.as_ref().is_some_and(|probed| probed.refuted.is_some());
@@ -65,15 +65,16 @@ fn device(
     }
     let outcomes: Vec<TrialOutcome> = outcomes.into_iter().collect::<Result<_, String>>().map_err(BenchError)?;
     let identity = outcomes.iter().find_map(|outcome| outcome.identity.clone());
-    // Every rule is judged on every trial that ran; a broken one is reported whatever the filter.
+    // Every rule is judged on every trial that ran; a broken one is reported unless a filter excludes it.
     let mut judged = Vec::new();
     for (index, rule) in variant.rules.iter().enumerate() {
         let mut result = rule_result(manual, rule, index, &outcomes, filtered, environment.persona.as_deref());
         if is_refuted {
             result.reason = Some(NOT_CLAIMED.to_owned());
         }
-        let is_requested = is_selected(rule) && (only_rules || !filtered || result.verdict != Verdict::NotRun);
-        if is_requested || result.verdict == Verdict::Fail {
+        let is_selected = selection.rule(manual, variant, rule);
+        let is_requested = is_selected && (for_rules || !filtered || result.verdict != Verdict::NotRun);
+        if is_requested || (result.verdict == Verdict::Fail && !selection.excludes(manual, rule)) {
             judged.push(result);
         }
     }
@@ -89,9 +90,10 @@ fn device(
         bus.get_or_insert_default().merge(measured);
     }
     let mut cases = Vec::new();
-    if !only_rules {
-        cases.extend(outcomes.into_iter().map(|outcome| outcome.case));
-    }
+    let selected = plan.trials.iter().map(|trial| !for_rules || selection.trial(manual, variant, trial));
+    cases.extend(
+        outcomes.into_iter().zip(selected).filter(|(_, is_selected)| *is_selected).map(|(outcome, _)| outcome.case),
+    );
     cases.extend(judged);
     let requirements = requirements::results(manual, variant, &cases);
     let causes = causes::causes(manual, variant, &cases);

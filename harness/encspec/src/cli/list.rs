@@ -1,11 +1,30 @@
 //! `encspec list`: lists cases and rules.
 
 use super::coverage::covers;
-use super::{CommandResult, ListingArgs, ListingFormat, show};
+use super::filter::FilterArgs;
+use super::{CommandResult, ListingFormat, Suites, show};
+use clap::Args;
+use engine::Selection;
 use report::ExitStatus;
 use serde::Serialize;
 use std::fmt::Write as _;
-use suite::model::Manual;
+use std::path::PathBuf;
+use suite::model::{Manual, SuiteVariant};
+
+/// Arguments of `encspec list`.
+#[derive(Debug, Args)]
+pub(super) struct ListArgs {
+    #[command(flatten)]
+    filter: FilterArgs,
+    /// Output format
+    #[arg(long, value_enum, default_value_t)]
+    format: ListingFormat,
+    /// Folder of the captures, where --failed finds the last run
+    #[arg(long, value_name = "DIR", default_value = super::run::EVIDENCE)]
+    evidence: PathBuf,
+    #[command(flatten)]
+    suites: Suites,
+}
 
 /// A case (one row of it) or a rule, with the variants that it applies to.
 #[derive(Debug, Serialize)]
@@ -27,14 +46,18 @@ struct ListedManual<'a> {
     cases: Vec<ListedCase>,
 }
 
-pub(super) fn list(args: &ListingArgs) -> CommandResult {
-    let manuals = args.which.suites.load_one(args.which.manual.as_deref())?;
+pub(super) fn list(args: &ListArgs) -> CommandResult {
+    let manuals = args.suites.load()?;
+    let selection = args.filter.selection(&manuals, &args.evidence)?;
+    let all = manuals.iter().flat_map(|manual| manual.variants.iter().map(move |variant| (manual, variant)));
+    args.filter.check_matches(&selection, &all.collect::<Vec<(&Manual, &SuiteVariant)>>())?;
     let listed = manuals.iter().map(|manual| ListedManual {
         id: &manual.device.name,
         title: &manual.device.title,
         variants: &manual.device.variants,
-        cases: everything(manual),
+        cases: selected(manual, &selection),
     });
+    let listed = listed.filter(|manual| selection.is_all() || !manual.cases.is_empty());
     match args.format {
         ListingFormat::Json => show(&json(listed.collect())),
         ListingFormat::Text => show(&listed.map(|manual| text(&manual)).collect::<String>()),
@@ -66,14 +89,21 @@ fn text(manual: &ListedManual<'_>) -> String {
 
 /// Every case and rule of a manual, of all variants, in suite order.
 pub(super) fn everything(manual: &Manual) -> Vec<ListedCase> {
+    selected(manual, &Selection::default())
+}
+
+/// The cases and rules of a manual that a selection has.
+fn selected(manual: &Manual, selection: &Selection) -> Vec<ListedCase> {
     let mut list: Vec<ListedCase> = Vec::new();
     let names = |covers: &[usize]| -> Vec<String> {
         covers.iter().filter_map(|&index| manual.requirements.get(index)).map(|of| of.id.clone()).collect()
     };
     for kind in ["case", "rule"] {
         for variant in &manual.variants {
-            let trials = variant.trials.iter().map(|of| (&of.id, &of.why, names(&covers(of)), &of.catches, &of.at));
-            let rules = variant.rules.iter().map(|of| (&of.id, &of.why, names(&of.covers), &of.catches, &of.at));
+            let trials = variant.trials.iter().filter(|of| selection.trial(manual, variant, of));
+            let rules = variant.rules.iter().filter(|of| selection.rule(manual, variant, of));
+            let trials = trials.map(|of| (&of.id, &of.why, names(&covers(of)), &of.catches, &of.at));
+            let rules = rules.map(|of| (&of.id, &of.why, names(&of.covers), &of.catches, &of.at));
             let of_kind: Vec<_> = if kind == "case" { trials.collect() } else { rules.collect() };
             for (id, why, covers, catches, at) in of_kind {
                 let id = format!("{}/{id}", manual.device.name);

@@ -57,7 +57,7 @@ enum CliCommand {
     /// Run cases and rules against a device
     Run(run::RunArgs),
     /// List cases and rules
-    List(ListingArgs),
+    List(list::ListArgs),
     /// Show how much of each manual the cases and rules cover
     Coverage(CoverageArgs),
     /// Measure whether a failure names the requirement that is broken

@@ -1,7 +1,8 @@
 //! `encspec run`: runs cases and rules, writes reports, and decides the exit status.
 
 use super::dut::{devices, suggest};
-use super::{CommandError, CommandResult, Suites, filter, show};
+use super::filter::{FilterArgs, LAST_RUN, last_run};
+use super::{CommandError, CommandResult, Suites, show};
 use clap::{ArgAction, Args, ValueEnum};
 use deviations::{Subject, persona_bugs};
 use engine::{self, DutSpec, RunOptions, TrialPart};
@@ -14,23 +15,20 @@ use report::{self, CaseEvidence, ReportFormat};
 use results::ledger::{self, Date, Ledger};
 use results::outcome::{CaseResult, MinimumPass, RunResult};
 use std::ffi::OsStr;
-use std::fs::{File, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use suite::model::Manual;
 
 /// The default folder for captures of cases that are not green. It is created with the first capture.
-const EVIDENCE: &str = "encspec-evidence";
+pub(super) const EVIDENCE: &str = "encspec-evidence";
 
 /// Arguments of `encspec run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Run only cases and rules whose id contains this text; ids are MANUAL/SUITE/CASE[ROW] and MANUAL/SUITE/RULE
-    filter: Option<String>,
-    /// Match FILTER against the whole id
-    #[arg(long, requires = "filter")]
-    exact: bool,
+    #[command(flatten)]
+    filter: FilterArgs,
     /// Device under test [default: every reference device]; may be repeated. One of: model:MANUAL[/VARIANT], a reference device;
     /// FILE.yaml, the bench file of a live device; nic:INTERFACE, socket:ADDRESS or serial:TTY, a live device without a bench file;
     /// null:KIND, a device that must fail (absent, silent, reflector, babbler, wrong-identity, dies-after-N)
@@ -151,10 +149,8 @@ pub struct RunRequest {
     pub variations: Vec<String>,
     /// `--persona`.
     pub persona: Option<String>,
-    /// `FILTER`.
-    pub filter: Option<String>,
-    /// `--exact`.
-    pub exact: bool,
+    /// `FILTER`, `--exact` and `--failed`.
+    pub filter: FilterArgs,
     /// `--gate must`.
     pub gate_must: bool,
     /// `--ledger`.
@@ -199,15 +195,15 @@ impl RunRequest {
                 check_known_name("variation", variation, "variations", known)?;
             }
         }
+        let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
+        let deviations = [self.bugs.as_slice(), &self.variations].concat();
+        let mut devices =
+            devices(&self.duts, self.device.as_deref(), &deviations, manuals).map_err(CommandError::usage)?;
         for name in &devices.without_model {
             super::print_message(&format!(
                 "{name} is not run: it has no reference device; name a live device with --dut"
             ));
         }
-        let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
-        let deviations = [self.bugs.as_slice(), &self.variations].concat();
-        let mut devices =
-            devices(&self.duts, self.device.as_deref(), &deviations, manuals).map_err(CommandError::usage)?;
         self.retain_devices_with_deviations(&mut devices.here, manuals)?;
         if persona.is_some() && self.duts.is_empty() && self.device.is_none() {
             // A persona is a PROFINET controller. A slave named with `--dut` stays; each of its cases is then not applicable.
@@ -218,8 +214,7 @@ impl RunRequest {
         }
         let options = RunOptions {
             duts: devices.here.clone(),
-            filter: self.filter.clone(),
-            exact: self.exact,
+            selection: self.filter.selection(manuals, self.evidence.as_deref().unwrap_or(Path::new(EVIDENCE)))?,
             evidence: self.evidence.clone(),
             record: self.record.clone(),
             threads: self.threads,
@@ -228,7 +223,19 @@ impl RunRequest {
             persona: persona.clone(),
             stall_repeats: self.stall_repeats,
         };
-        check_filter_matches(&options, manuals)?;
+        let selected = |spec: &DutSpec| {
+            let manual = manuals.iter().find(|manual| manual.device.name == spec.manual)?;
+            Some((manual, manual.variants.iter().find(|variant| variant.name == spec.variant)?))
+        };
+        self.filter.check_matches(&options.selection, &options.duts.iter().filter_map(selected).collect::<Vec<_>>())?;
+        let mut options = options;
+        if self.duts.is_empty() && self.device.is_none() {
+            // Where no device is named, those without anything to run are none of the run.
+            let selection = options.selection.clone();
+            options
+                .duts
+                .retain(|spec| selected(spec).is_none_or(|(manual, variant)| selection.selects_in(manual, variant)));
+        }
         let benches =
             devices.live.iter().map(|target| target.bench(manuals)).collect::<Result<Vec<_>, CommandError>>()?;
         let ledger_of_bench = benches.iter().find_map(|bench| bench.ledger.clone());
@@ -243,7 +250,6 @@ impl RunRequest {
             None => Ledger::default(),
         };
         let mut locks = Vec::new();
-        let mut options = options;
         for bench in benches {
             locks.push(super::live::lock(&bench, self.lock_wait)?);
             let of_bench = || bench.persona.as_deref().map(|name| self.suites.persona(name)).transpose();
@@ -301,31 +307,6 @@ fn check_known_name<'a>(
     Err(CommandError::usage(format!("unknown {what} `{name}`; {meant}")))
 }
 
-/// Fails if the filter selects nothing on any of the devices.
-fn check_filter_matches(options: &RunOptions, manuals: &[Manual]) -> Result<(), CommandError> {
-    let Some(filter) = &options.filter else { return Ok(()) };
-    let mut known: Vec<String> = Vec::new();
-    for spec in &options.duts {
-        let Some(manual) = manuals.iter().find(|manual| manual.device.name == spec.manual) else { continue };
-        for variant in manual.variants.iter().filter(|variant| variant.name == spec.variant) {
-            let ids = variant.trials.iter().map(|of| &of.id).chain(variant.rules.iter().map(|of| &of.id));
-            for id in ids {
-                if engine::selects(options, manual, id) {
-                    return Ok(());
-                }
-                known.push(format!("{}/{id}", spec.manual));
-            }
-        }
-    }
-    if options.duts.is_empty() {
-        return Ok(());
-    }
-    let meant = filter::suggest_id(filter, &known)
-        .map_or_else(|| "`encspec list` lists all ids".to_owned(), |meant| format!("did you mean `{meant}`?"));
-    let how = if options.exact { "is" } else { "contains" };
-    Err(CommandError::usage(format!("no case or rule id {how} `{filter}`; {meant}")))
-}
-
 impl PreparedRun {
     /// The devices under test.
     pub fn devices(&self) -> &[DutSpec] {
@@ -352,7 +333,6 @@ pub(super) fn run(args: &RunArgs) -> CommandResult {
         variations: args.vary.clone(),
         persona: args.persona.clone(),
         filter: args.filter.clone(),
-        exact: args.exact,
         gate_must: args.gate == FailureGate::Must,
         ledger: args.ledger.clone(),
         evidence: args.evidence.clone().filter(|_| !args.no_evidence),
@@ -394,10 +374,22 @@ pub(super) fn run(args: &RunArgs) -> CommandResult {
         };
         write(&text, &requested.file, file)?;
     }
+    if let Some(folder) = args.evidence.as_deref().filter(|_| !args.no_evidence) {
+        keep_last_run(folder, &result);
+    }
     if !args.report.iter().any(|requested| requested.file == Path::new("-")) {
         show(&report::console(&result, report::ConsoleOptions { colour: colours(), verbose: args.verbose }));
     }
     Ok(report::status(&result))
+}
+
+/// Writes what was not green beside the captures, for `--failed`. The folder is not created for it.
+fn keep_last_run(folder: &Path, result: &RunResult) {
+    if folder.is_dir()
+        && let Err(error) = fs::write(folder.join(LAST_RUN), last_run(result))
+    {
+        super::print_message(&format!("--failed will not know this run: {}: {error}", folder.join(LAST_RUN).display()));
+    }
 }
 
 /// Timelines and the failing packet, from the capture of a case. Empty if there is no capture or it cannot be read.

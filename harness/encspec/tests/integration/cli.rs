@@ -34,7 +34,13 @@ const MODEL: &str = "model:lika-xac77-profinet/xac7718";
 #[case::gate(&["run", "--gate", "most"], "must")]
 #[case::ledger(&["run", "--ledger", "nowhere.yaml"], "nowhere.yaml cannot be read")]
 #[case::suites(&["run", "--suites", "nowhere"], "nowhere")]
-#[case::manual(&["list", "lika-xac77"], "there is no manual `lika-xac77`")]
+#[case::manual(&["list", "lika-xac78-profinet"], "did you mean `lika-xac77-profinet`?")]
+#[case::requirement(&["list", "XAC77-PRE-0011"], "did you mean `XAC77-PRE-001`?")]
+#[case::excluded(&["run", "!presett"], "no case or rule id contains `presett`; did you mean `preset`?")]
+#[case::nothing_left(&["run", "preset/", "!lika", "!sick", "!kuebler", "!datalogic"], "the filters leave no case and no rule")]
+#[case::no_last_run(&["run", "--failed"], "--failed: encspec-evidence/last-run.json: No such file")]
+#[case::coverage(&["coverage", "lika-xac77"], "there is no manual `lika-xac77`")]
+#[case::no_suites(&["list", "--suites", "."], "there is no suite here")]
 #[case::explain(&["explain", "XAC77-PRE-0011"], "did you mean `XAC77-PRE-001`?")]
 #[case::check(&["check", "nowhere"], "nowhere")]
 #[case::replay(&["replay", "nowhere.pcap"], "nowhere.pcap")]
@@ -265,7 +271,10 @@ fn a_bug_of_the_reference_device_is_reported() {
         said.out
     );
     let evidence = folder.join("encspec-evidence");
-    assert_eq!(fs::read_dir(&evidence).expect("the evidence").count(), 1);
+    let names: Vec<_> =
+        fs::read_dir(&evidence).expect("the evidence").map(|entry| entry.expect("an entry").file_name()).collect();
+    let captures = names.iter().filter(|name| name.to_string_lossy().ends_with(".pcapng")).count();
+    assert_eq!((captures, names.len()), (1, 2), "a capture and the last run: {names:?}");
     let mut without: Vec<&str> = whole.clone();
     fs::remove_dir_all(&evidence).expect("the evidence");
     without.push("--no-evidence");

@@ -30,7 +30,7 @@ fn results(manuals: &[Manual], filter: &str, bug: &str) -> Vec<CaseResult> {
     let bugs = if bug.is_empty() { Vec::new() } else { vec![bug.to_owned()] };
     let dut =
         DutSpec { manual: DEVICE.to_owned(), variant: "xac7718".to_owned(), kind: DutKind::Model { deviations: bugs } };
-    let options = RunOptions { duts: vec![dut], filter: Some(filter.to_owned()), threads: 1, ..RunOptions::default() };
+    let options = RunOptions { duts: vec![dut], selection: filter.into(), threads: 1, ..RunOptions::default() };
     let result = run(manuals, &options, &|_, _, _| {}).expect("a model can be run");
     result.runs.into_iter().flat_map(|run| run.cases).collect()
 }

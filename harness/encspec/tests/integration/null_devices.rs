@@ -1,6 +1,7 @@
 //! Null devices: whatever answers, or does not, a run is never green, lists every case and ends in time.
 
 use encspec::cli::Suites;
+use encspec::cli::filter::FilterArgs;
 use encspec::cli::run::RunRequest;
 use encspec::engine::dut::DEVICE;
 use encspec::engine::{DutKind, DutSpec, NullPeer, RunOptions, run_trial};
@@ -224,7 +225,7 @@ fn a_filtered_run_does_not_pass_either(#[case] filter: &str) {
             let request = RunRequest {
                 duts: vec![format!("null:{null_device}")],
                 device: Some(manual.device.name.clone()),
-                filter: Some(filter.to_owned()),
+                filter: FilterArgs { filters: vec![filter.to_owned()], ..FilterArgs::default() },
                 ..RunRequest::default()
             };
             let ready = request.ready(&MANUALS).map_err(|stop| stop.message).expect("a null device");

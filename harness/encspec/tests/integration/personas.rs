@@ -202,8 +202,7 @@ fn each_persona_reaches_data_exchange_with_each_module_of_each_device() {
         for variant in &manual.variants {
             let duts = vec![conforming(&manual, &variant.name)];
             for persona in &personas {
-                let options =
-                    RunOptions { filter: Some("/reach/".into()), ..options(duts.clone(), Arc::clone(persona)) };
+                let options = RunOptions { selection: "/reach/".into(), ..options(duts.clone(), Arc::clone(persona)) };
                 let result = run(std::slice::from_ref(&manual), &options, &|_, _, _| {}).expect("a model can be run");
                 let cases = result.runs[0].cases.iter().filter(|case| case.id.contains("/reach/"));
                 for case in cases {
@@ -355,8 +354,8 @@ fn a_write_multiple_of_which_only_the_first_record_is_taken_is_found() {
 fn the_reports_name_the_persona_and_repeat_it() {
     let manual = manuals().next().expect("a manual of PROFINET");
     let duts = vec![conforming(manual, &manual.variants[0].name)];
-    let filter = Some("parking/stays-parked".into());
-    let options = RunOptions { filter, ..options(duts, persona("legacy-512ms")) };
+    let selection = "parking/stays-parked".into();
+    let options = RunOptions { selection, ..options(duts, persona("legacy-512ms")) };
     let result = run(built_in::manuals(), &options, &|_, _, _| {}).expect("a model can be run");
     assert_eq!(result.runs[0].persona.as_deref(), Some("legacy-512ms"));
     let json: serde_json::Value = serde_json::from_str(&report::json(&result)).expect("JSON");

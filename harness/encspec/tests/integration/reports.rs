@@ -68,8 +68,9 @@ fn a_run_on_profibus_says_what_the_master_measured() {
 fn the_measurements_of_all_trials_are_combined() {
     for manual in manuals() {
         let variant = &manual.variants[0];
-        let filter = Some(variant.trials[0].case().to_owned());
-        let options = RunOptions { duts: vec![built_in::model(manual, variant, &[])], filter, ..RunOptions::default() };
+        let selection = variant.trials[0].case().into();
+        let options =
+            RunOptions { duts: vec![built_in::model(manual, variant, &[])], selection, ..RunOptions::default() };
         let result = run(std::slice::from_ref(manual), &options, &|_, _, _| {}).expect("a model can be run");
         let bus = result.runs[0].bus.as_ref();
         assert_eq!(bus.is_some(), manual.device.profibus().is_some(), "{}", manual.device.name);
