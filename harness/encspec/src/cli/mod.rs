@@ -27,6 +27,7 @@ mod replay;
 pub mod run;
 mod serve;
 mod slaves;
+mod suite;
 mod suite_folders;
 mod variations;
 mod vendor_file;
@@ -94,6 +95,8 @@ enum CliCommand {
     Discover(discover::DiscoverArgs),
     /// Create bench files, and restore a device after an interrupted run
     Bench(bench::BenchArgs),
+    /// Create a suite for a device that no built-in suite describes
+    Suite(suite::SuiteArgs),
 }
 
 #[derive(Debug, Args)]
@@ -145,10 +148,10 @@ struct AttributionArgs {
 
 #[derive(Debug, Args)]
 struct CoverageArgs {
-    /// Output format
-    #[arg(long, value_enum, default_value_t)]
     /// Name of the manual [default: all manuals]
     manual: Option<String>,
+    /// Output format
+    #[arg(long, value_enum, default_value_t)]
     format: ListingFormat,
     #[command(flatten)]
     suites: Suites,
@@ -166,10 +169,10 @@ struct ExplainArgs {
 struct CheckArgs {
     /// Folder of suites, folder of one manual, or a file in it [default: the built-in suites]
     path: Option<PathBuf>,
-}
-
     #[command(flatten)]
     suites: Suites,
+}
+
 #[derive(Debug, Args)]
 struct ReplayArgs {
     /// Captures in pcap or pcapng format, optionally compressed with gzip or zstd; - reads standard input
@@ -284,6 +287,7 @@ pub fn main() -> ExitCode {
         CliCommand::Control(args) => control::run(&args),
         CliCommand::Discover(args) => discover::run(&args),
         CliCommand::Bench(args) => bench::run(&args),
+        CliCommand::Suite(args) => suite::suite(&args),
     });
     let status = ended.unwrap_or_else(|stop| {
         print_message(&stop.message);

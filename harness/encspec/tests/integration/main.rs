@@ -63,6 +63,7 @@ mod shared_device;
 mod shrink;
 mod small_manual;
 mod start_parameters;
+mod suite_init;
 mod suite_language_page;
 mod times;
 mod tracker;

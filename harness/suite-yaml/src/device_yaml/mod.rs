@@ -401,8 +401,8 @@ impl NameScope for Constants<'_> {
     }
 }
 
-/// First parts of the names that every device has.
-const RESERVED: [&str; 26] = [
+/// First parts of the names that every device has; nothing else can have them.
+pub const RESERVED: [&str; 26] = [
     "io",
     "connection",
     "diag",
