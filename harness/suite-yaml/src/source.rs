@@ -223,13 +223,14 @@ impl Sources {
     /// The same suites for the device that `text` describes, the text of `file`: it replaces the `device.yaml`
     /// of the suite for any PROFINET IO device, [`ANY_DEVICE`].
     ///
-    /// A description is written as every `device.yaml` is. The suite asks it for the modules `data` and `mirror`, the signals
+    /// A description is written as every `device.yaml` of PROFINET is; its name may be any. The suite asks it for the modules `data` and `mirror`, the signals
     /// `given` and `mirrored`, the submodule `mirror`, the records `im0` and `im1`, the constant `vendor`, and the faults
     /// `passing` and `standing`; what the device does not have is left out by the bench file.
     #[must_use]
     pub fn with_description(mut self, file: &Path, text: impl Into<String>) -> Sources {
         let path = format!("{ANY_DEVICE}/device.yaml");
         self.elsewhere.insert(path.clone(), file.to_owned());
+        self.is_described = true;
         self.with(&path, text)
     }
 
@@ -248,13 +249,13 @@ impl Sources {
         self.files.iter().map(|(path, text)| (path.as_str(), text.as_ref()))
     }
 
-    /// The folders that hold a manual: those with a `device.yaml`, in the order of their names.
     /// The text of each list of bugs, also of manuals that a folder replaced.
     pub(super) fn lists_of_bugs(&self) -> impl Iterator<Item = &str> {
         let listed = self.files().filter(|(path, _)| is_list_of_bugs(path)).map(|(_, text)| text);
         listed.chain(self.replaced_bugs.iter().map(AsRef::as_ref))
     }
 
+    /// The folders that hold a manual: those with a `device.yaml`, in the order of their names.
     pub fn manuals(&self) -> Vec<String> {
         self.files.keys().filter_map(|path| path.strip_suffix("/device.yaml")).map(str::to_owned).collect()
     }

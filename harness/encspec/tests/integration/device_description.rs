@@ -33,7 +33,11 @@ fn an_error_has_its_position_in_the_description() {
         ("rt_class: 2", "rt_class: 3", "benches/mine.yaml:8:11: there is no class 3"),
         ("  vendor: 0x0493", "  vender: 0x0493", "unknown name `vendor`"),
         ("  mirror: { ident: 0x0040", "  miror: { ident: 0x0040", "unknown module `mirror`"),
-        ("device: profinet-io", "device: my-device", "benches/mine.yaml:3:9: this is the folder `profinet-io`"),
+        (
+            "bus: profinet",
+            "bus: profibus",
+            "benches/mine.yaml:4:1: without a manual only devices on PROFINET are tested",
+        ),
     ] {
         assert!(text.contains(right), "{right}");
         let text = text.replacen(right, wrong, 1);
@@ -41,6 +45,18 @@ fn an_error_has_its_position_in_the_description() {
         let errors = load(&sources, Some(ANY_DEVICE)).expect_err(wrong).to_string();
         assert!(errors.contains(message), "{wrong}: {errors}");
     }
+}
+
+/// A description stands in no folder of suites, so its device has any name; for a slave the message says what to do instead.
+#[test]
+fn a_description_has_any_name_and_is_of_profinet() {
+    let text = DESCRIPTIONS[0].1.replacen("device: profinet-io", "device: my-device", 1);
+    let sources = suites::sources().with_description(Path::new("mine.yaml"), text);
+    load(&sources, Some(ANY_DEVICE)).unwrap_or_else(|errors| panic!("{errors}"));
+    let slave = "device: my-slave\nbus: profibus\ntitle: A slave\n";
+    let sources = suites::sources().with_description(Path::new("mine.yaml"), slave);
+    let errors = load(&sources, Some(ANY_DEVICE)).expect_err("a slave").to_string();
+    assert!(errors.contains("`encspec suite init --gsd FILE`") && !errors.contains(ANY_DEVICE), "{errors}");
 }
 
 /// A parameter of a common suite may be given a constant with the same name; this is not an endless recursion.

@@ -100,10 +100,11 @@ pub(super) struct Described {
     pub declared: Vec<(String, Spot)>,
 }
 
-/// Reads the device of the folder `folder`.
-pub(super) fn read(node: &Node, folder: &str, mistakes: &Mistakes) -> Option<Described> {
+/// Reads the device of the folder `folder`; with `has_any_name` its name may be another.
+pub(super) fn read(node: &Node, folder: &str, has_any_name: bool, mistakes: &Mistakes) -> Option<Described> {
     let before = mistakes.count();
-    let described = mistakes.keep(DeviceReader::new(node, mistakes).and_then(|reader| reader.device(folder)));
+    let described =
+        mistakes.keep(DeviceReader::new(node, mistakes).and_then(|reader| reader.device(folder, has_any_name)));
     described.filter(|_| mistakes.count() == before)
 }
 
@@ -146,10 +147,11 @@ impl<'n> DeviceReader<'n> {
         Ok(DeviceReader { top, mistakes, variants, tables, constants, circles, mentioned, declared })
     }
 
-    fn device(mut self, folder: &str) -> Read<Described> {
+    fn device(mut self, folder: &str, has_any_name: bool) -> Read<Described> {
         let name = self.top.must(&device::device)?;
-        if name.text("device")? != folder {
-            return Err(name.wrong(format!("this is the folder `{folder}`")).help(format!("write `device: {folder}`")));
+        if name.text("device")? != folder && !has_any_name {
+            let wrong = name.wrong(format!("this is the folder `{folder}`"));
+            self.mistakes.note(wrong.help(format!("write `device: {folder}`")));
         }
         let is_slave = BUSES.read(self.top.must(&device::bus)?, &device::bus)?;
         self.variants = labels(self.top.must(&device::variants)?, "variants")?;

@@ -129,7 +129,14 @@ pub(super) fn init(args: &InitArgs) -> CommandResult {
     });
     let text = text::bench_file(&bench, &found, &known, mapping.as_ref());
     if known.manual.is_none() {
-        print_message("there is no suite for this device; the bench file needs a `description`");
+        print_message(match found {
+            FoundDevice::Station(_) => {
+                "there is no suite for this device; the bench file needs a `description`, or write one with `encspec suite init`"
+            }
+            FoundDevice::Slave(_) => {
+                "there is no suite for this slave; write one from its GSD with `encspec suite init --gsd FILE`"
+            }
+        });
     }
     if let (Some(manual), [_, _, ..]) = (known.manual, &known.left[..]) {
         if let Some(why) = &known.unread {

@@ -1,5 +1,6 @@
 //! Generated bench files load, whatever the station reports.
 
+use super::super::slaves::FoundSlave;
 use super::init::{FoundDevice, KnownDevice, choose_station, fitting_manual};
 use super::*;
 use ::live::discover::DiscoveredStation;
@@ -82,6 +83,17 @@ fn an_unknown_device_needs_a_description() {
     let errors = read_alone(&path).expect_err("the description does not exist").to_string();
     assert!(errors.contains("my-device.yaml: No such file"), "{errors}");
     fs::remove_file(&path).expect("it can be removed");
+}
+
+/// A slave without a suite is not asked to describe itself as a PROFINET device.
+#[test]
+fn an_unknown_slave_needs_a_suite() {
+    let link = LinkSpec::Serial("/dev/ttyUSB0".into());
+    let bench = BenchFile::bare(link, DeviceClaim { manual: String::new(), variant: String::new() });
+    let found = FoundDevice::Slave(FoundSlave { address: 5, ident: 0xABCD, masters: None });
+    let text = text::bench_file(&bench, &found, &KnownDevice::default(), None);
+    assert!(text.contains("encspec suite init --gsd FILE") && text.contains("\ndevice: my-slave\n"), "{text}");
+    assert!(!text.contains("none") && !text.contains("profinet-io") && !text.contains("my-device.yaml"), "{text}");
 }
 
 #[test]

@@ -35,7 +35,7 @@ pub(super) fn bench_file(
             )
         }
     };
-    device_line(&mut out, known);
+    device_line(&mut out, found, known);
     let _ = writeln!(out, "link: {}", bench.link);
     match found {
         FoundDevice::Station(found) => station_lines(&mut out, found),
@@ -62,8 +62,13 @@ pub(super) fn bench_file(
     out
 }
 
-fn device_line(out: &mut String, known: &KnownDevice<'_>) {
+fn device_line(out: &mut String, found: &FoundDevice, known: &KnownDevice<'_>) {
     let Some(device) = known.manual.map(|manual| &manual.device) else {
+        if let FoundDevice::Slave(_) = found {
+            out.push_str("# There is no suite for this slave. Write one from its GSD with `encspec suite init --gsd FILE --output my-slave`, and name\n");
+            out.push_str("# its folder with `--suites my-slave`.\ndevice: my-slave\n");
+            return;
+        }
         out.push_str("# There is no suite for this device. Describe it in a file with the keys of device.yaml.\n");
         out.push_str("device: none\ndescription: my-device.yaml\n");
         return;
