@@ -3,7 +3,7 @@
 use super::answer::{RequestKind, may_accept, only};
 use super::device_yaml::{named, plain};
 use super::dialect::{self, Dialect, Service as From};
-use super::error::{Mistake, Read};
+use super::error::{Mistake, Read, every};
 use super::frame::{StepScope, literal, octets};
 use super::keys::Keyed;
 use super::names::{Name, Verbs};
@@ -42,10 +42,19 @@ impl StepScope<'_, '_> {
         if entries.is_empty() {
             return Err(node.wrong(format!("an empty `{word}`")));
         }
+        let read: Vec<Read<Name>> = entries.iter().map(|(key, _)| self.name(key, verb, word)).collect();
+        if read.iter().any(Result::is_err) {
+            let rest = |(name, (key, value)): (Read<Name>, &(Node, Node))| match name {
+                Ok(name) if answer.is_none() => self.checked_item(key, value, &name, write).err(),
+                Ok(_) => None,
+                Err(mistake) => Some(mistake),
+            };
+            let wrong = Mistake::all(read.into_iter().zip(entries).filter_map(rest));
+            return Err(wrong.unwrap_or_else(|| node.wrong(format!("this `{word}` cannot be read"))));
+        }
         let mut via = None;
         let mut names = Vec::new();
-        for (key, _) in entries {
-            let name = self.name(key, verb, word)?;
+        for ((key, _), name) in entries.iter().zip(every(read)?) {
             let of = via_of(&name);
             if via.is_some_and(|via| via != of) {
                 return Err(key
@@ -56,6 +65,9 @@ impl StepScope<'_, '_> {
             names.push(name);
         }
         let via = via.unwrap_or(AccessChannel::Parameters);
+        if via == AccessChannel::Parameters && instead.is_none_or(|instead| instead.get("subslot").is_none()) {
+            self.reaches_parameters(node)?;
+        }
         let asked: Vec<(u16, u16)> = names.iter().filter_map(|name| parameter(&name.kind)).collect();
         let asked = match via {
             AccessChannel::Parameters => RequestKind::Parameters(&asked),
@@ -63,26 +75,59 @@ impl StepScope<'_, '_> {
             AccessChannel::Diagnosis | AccessChannel::Configuration => RequestKind::Whole(From::Dp),
             AccessChannel::Station | AccessChannel::Stand | AccessChannel::Pages => RequestKind::Whole(From::Station),
         };
-        let from = match via {
-            AccessChannel::Parameters => From::Parameters,
-            AccessChannel::Record(_) => From::Record,
-            AccessChannel::Diagnosis | AccessChannel::Configuration => From::Dp,
-            AccessChannel::Station | AccessChannel::Stand | AccessChannel::Pages => From::Station,
-        };
+        let from = service_of(via);
         let answer = answer.map(|answer| self.answer(answer, asked)).transpose()?;
-        let mut items = Vec::new();
-        for (name, (key, value)) in names.into_iter().zip(entries) {
+        let item = |(name, (key, value)): (Name, &(Node, Node))| {
             let value = &*self.bits_as_number(value, key, &name)?;
             let matcher = match write {
                 true => super::matcher::written(self, value, &name.ty)?,
                 false => self.matcher(value, &name.ty, Some(from))?,
             };
             self.exists(key, &name, write, &matcher, answer.as_ref())?;
-            items.push(AccessItem { name: name.id, value: matcher });
-        }
+            Ok(AccessItem { name: name.id, value: matcher })
+        };
+        let items = every(names.into_iter().zip(entries).map(item))?;
         let instead = instead.map_or(Ok(Vec::new()), |node| self.instead(node, via, write))?;
         let RequestSender { second, to } = by;
         Ok(AcyclicAccess { via, items, instead, answer, second, to })
+    }
+
+    /// An item of a `read` or `write` without an answer, by itself.
+    fn checked_item(&self, key: &Node, value: &Node, name: &Name, write: bool) -> Read<()> {
+        let value = &*self.bits_as_number(value, key, name)?;
+        let matcher = match write {
+            true => super::matcher::written(self, value, &name.ty)?,
+            false => self.matcher(value, &name.ty, Some(service_of(via_of(name))))?,
+        };
+        self.exists(key, name, write, &matcher, None)
+    }
+
+    /// Whether parameters can be reached with the module in use: on PROFINET through one of its submodules, or one of the access point.
+    fn reaches_parameters(&self, node: &Node) -> Read<()> {
+        let device = self.names.device();
+        if device.profinet().is_none() {
+            return Ok(());
+        }
+        let points: Vec<usize> = device.parameter_points().collect();
+        let Some(first) = points.first().and_then(|&point| device.submodules.get(point)) else {
+            let mistake = node.wrong("parameters cannot be reached: no submodule of this device gives access to them");
+            return Err(mistake.help("name the submodule in device.yaml: `parameter_access: { at: SUBMODULE }`"));
+        };
+        let Some(module) = self.progress.module.get().and_then(|module| device.modules.get(module)) else {
+            return Ok(());
+        };
+        let is_there = |point: &usize| {
+            module.submodules.contains(point) || device.submodules.get(*point).is_some_and(|point| point.slot == 0)
+        };
+        match points.iter().any(is_there) {
+            true => Ok(()),
+            false => Err(node
+                .wrong(format!("parameters cannot be reached: the module `{}` has no access to them", module.name))
+                .help(format!(
+                    "connect with a module that has the submodule `{}`, or add it to this module",
+                    first.name
+                ))),
+        }
     }
 
     /// A parameter that the device lacks may only be requested to be refused, and so may a write to a read-only one.
@@ -288,6 +333,16 @@ impl StepScope<'_, '_> {
             _ => RequestKind::Whole(From::Station),
         };
         Ok((service, asked))
+    }
+}
+
+/// What carries the requests of a channel.
+fn service_of(via: AccessChannel) -> From {
+    match via {
+        AccessChannel::Parameters => From::Parameters,
+        AccessChannel::Record(_) => From::Record,
+        AccessChannel::Diagnosis | AccessChannel::Configuration => From::Dp,
+        AccessChannel::Station | AccessChannel::Stand | AccessChannel::Pages => From::Station,
     }
 }
 

@@ -3,7 +3,7 @@
 use super::checks::{any_check_of_the_case, any_step, is_check, wants_life};
 use super::device_yaml::plain;
 use super::entry::{TopicEntry, entries, variants};
-use super::error::Read;
+use super::error::{Read, every};
 use super::frame::{Column, Progress, StepScope, is_none, replaced};
 use super::keys::{Key, Keyed};
 use super::names::Names;
@@ -96,7 +96,10 @@ impl<'n> Topic<'n> {
         names: &Names<'_>,
         seen: &mut FxHashMap<String, String>,
     ) -> Read<Vec<Trial>> {
-        let own = entry.variants(names)?;
+        let own = entry.variants_or_likely(names, ground.mistakes);
+        if own.is_empty() {
+            return Ok(Vec::new());
+        }
         let rows = rows(entry, names, give)?;
         let mut trials = Vec::new();
         for row in &rows {
@@ -108,7 +111,7 @@ impl<'n> Topic<'n> {
                 continue;
             }
             let label = row.label.as_deref().map_or(String::new(), |label| format!("[{label}]"));
-            let before = ground.mistakes.count();
+            let before = ground.mistakes.noted();
             let columns: Vec<Column> = give.iter().chain(&row.columns).cloned().collect();
             columns.iter().for_each(|column| column.used.set(false));
             let trial = self.trial(
@@ -121,8 +124,9 @@ impl<'n> Topic<'n> {
                 seen,
             );
             let trial = ground.mistakes.keep(trial);
-            if ground.mistakes.count() > before {
-                return Ok(trials);
+            if ground.mistakes.noted() > before {
+                // Other rows may have other mistakes.
+                continue;
             }
             if let Some(unused) = columns.iter().skip(give.len()).find(|column| !column.used.get()) {
                 return Err(unused.value.wrong(format!("the column `{}` is never used", unused.name)));
@@ -154,7 +158,11 @@ impl<'n> Topic<'n> {
         names.take_leds();
         let progress = Progress::default();
         let frame = StepScope { names, columns, progress: &progress, any_module: false };
-        let begin = if is_none(&start) { None } else { Some(frame.start(&start)?) };
+        let begin = if is_none(&start) { Ok(None) } else { frame.start(&start).map(Some) };
+        if progress.module.get().is_none() && begin.is_err() {
+            // Without a module no step can be read.
+            return begin.map(|_| None);
+        }
         let within = self.defaults.and_then(|defaults| defaults.get(&defaults::within));
         let place = StepContext { ground, frame, within, start: Some(&start), in_procedure: false };
 
@@ -177,16 +185,17 @@ impl<'n> Topic<'n> {
             return Err(row.at.unwrap_or(node).wrong(format!("this trial is the same as `{same}`")));
         }
 
-        let mut covers: Vec<usize> = Vec::new();
+        let before = ground.mistakes.noted();
         let said = entry.shared.as_ref().and_then(|shared| shared.covers);
-        for list in [entry.keyed.get(&case::covers), said, row.covers].into_iter().flatten() {
-            covers.extend(ground.covers(&replaced(list, columns)?, &frame)?);
-        }
+        let lists = [entry.keyed.get(&case::covers), said, row.covers].into_iter().flatten();
+        let covers = every(lists.map(|list| ground.covers(&replaced(list, columns)?, &frame)));
+        let mut covers: Vec<usize> = ground.mistakes.keep(covers).unwrap_or_default().concat();
         let mut once = FxHashSet::default();
         covers.retain(|requirement| once.insert(*requirement));
-        let before = ground.mistakes.noted();
+        let begin = ground.mistakes.keep(begin).flatten();
+        let caught = ground.mistakes.keep(catches(entry, Some((row, rows)), ground, names)).unwrap_or_default();
         let (given, steps, finally) = (place.steps(&given), place.steps(&steps), place.steps(&finally));
-        if ground.mistakes.noted() > before {
+        if ground.mistakes.noted() > before || entry.is_partial {
             // A step that could not be read may be the one that is missed below.
             return Ok(None);
         }
@@ -215,7 +224,7 @@ impl<'n> Topic<'n> {
             id,
             why: entry.why.clone(),
             covers,
-            catches: catches(entry, Some((row, rows)), ground, names)?,
+            catches: caught,
             at: ground.location(row.at.unwrap_or(node)),
             outline: Outline { leds: names.take_leds(), ..Outline::default() },
             how: TrialSteps {
@@ -243,18 +252,26 @@ impl<'n> Topic<'n> {
         let progress = Progress::default();
         let frame = StepScope { names, columns: give, progress: &progress, any_module: true };
         let place = StepContext { ground, frame, within: None, start: None, in_procedure: false };
-        let mut covers = Vec::new();
+        let before = ground.mistakes.noted();
         let said = entry.shared.as_ref().and_then(|shared| shared.covers);
-        for list in [entry.keyed.get(&case::covers), said].into_iter().flatten() {
-            covers.extend(ground.covers(list, &frame)?);
-        }
-        if covers.is_empty() {
+        let lists = [entry.keyed.get(&case::covers), said].into_iter().flatten();
+        let covers = every(lists.map(|list| ground.covers(list, &frame)));
+        let covers = ground.mistakes.keep(covers).unwrap_or_default().concat();
+        let caught = ground.mistakes.keep(catches(entry, None, ground, names)).unwrap_or_default();
+        let is_partial = ground.mistakes.noted() > before;
+        if covers.is_empty() && !is_partial && !entry.is_partial {
             return Err(node
                 .wrong(format!("`{}` covers nothing", entry.id))
                 .help("name the requirements: `covers: [...]`"));
         }
+        if entry.is_partial {
+            return Ok(None);
+        }
         let replaced = replaced(node, give)?;
         let body = place.body(Keyed { node: &replaced })?;
+        if is_partial {
+            return Ok(None);
+        }
         let modules = place.modules(&body.names);
         if modules.is_empty() {
             return Err(node.wrong("no module has all the signals of this rule"));
@@ -263,7 +280,7 @@ impl<'n> Topic<'n> {
             id: format!("{}/{}", self.name, entry.id),
             why: entry.why.clone(),
             covers,
-            catches: catches(entry, None, ground, names)?,
+            catches: caught,
             body: body.body,
             modules,
             at: ground.location(node),

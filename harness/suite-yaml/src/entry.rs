@@ -1,12 +1,13 @@
 //! The entries of a topic file or a common suite: cases and rules as they are written, with what a manual says of each.
 
 use super::device_yaml::{label, labels, plain};
-use super::error::{Mistake, Read};
+use super::error::{Mistake, Mistakes, Read};
 use super::keys::Keyed;
 use super::names::Names;
 use super::step::LoadContext;
 use super::topic_keys::{case, rule, topic};
 use super::yaml::Node;
+use plain_text::nearest;
 
 /// A case or a rule; what both have is read by the keys of a case.
 pub(super) struct TopicEntry<'n> {
@@ -16,6 +17,8 @@ pub(super) struct TopicEntry<'n> {
     /// What the manual says of it, where it is one of a common suite.
     pub shared: Option<CommonEntry<'n>>,
     pub is_case: bool,
+    /// Whether it has an unknown key, which may be a misspelt one that is missed.
+    pub is_partial: bool,
 }
 
 impl TopicEntry<'_> {
@@ -30,6 +33,20 @@ impl TopicEntry<'_> {
             }
         }
         Ok(own)
+    }
+
+    /// The same; where the list has a mistake, which is noted, those that are probably meant.
+    pub(super) fn variants_or_likely(&self, names: &Names<'_>, mistakes: &Mistakes) -> Vec<usize> {
+        match self.variants(names) {
+            Ok(variants) => variants,
+            Err(mistake) => {
+                mistakes.note(mistake);
+                let known = &names.device().variants;
+                let written = self.keyed.get(&case::variants).and_then(Node::sequence).unwrap_or_default();
+                let meant = written.iter().filter_map(|item| nearest(item.scalar()?, known.iter().map(String::as_str)));
+                meant.filter_map(|name| known.iter().position(|of| *of == name)).collect()
+            }
+        }
     }
 }
 
@@ -53,7 +70,7 @@ pub(super) fn entries<'n>(keyed: Keyed<'n>, ground: &LoadContext<'_>) -> Read<Ve
             return Err(node.wrong(format!("an empty list of {}", key.name)));
         }
         for item in items {
-            let Some(entry) = ground.mistakes.keep(self::entry(item, is_case)) else { continue };
+            let Some(entry) = ground.mistakes.keep(self::entry(item, is_case, ground)) else { continue };
             if list.iter().any(|known| known.id == entry.id) {
                 ground
                     .mistakes
@@ -65,13 +82,14 @@ pub(super) fn entries<'n>(keyed: Keyed<'n>, ground: &LoadContext<'_>) -> Read<Ve
     Ok(list)
 }
 
-fn entry(node: &Node, is_case: bool) -> Read<TopicEntry<'_>> {
-    let keyed = Keyed::new(node, if is_case { &case::KEYS } else { &rule::KEYS })?;
+fn entry<'n>(node: &'n Node, is_case: bool, ground: &LoadContext<'_>) -> Read<TopicEntry<'n>> {
+    let set = if is_case { &case::KEYS } else { &rule::KEYS };
+    let (keyed, is_partial) = Keyed::noting(node, set, ground.mistakes)?;
     let id = keyed.must(&case::id)?;
     let text = plain(id, "an id")?;
     label(id, text)?;
     let why = keyed.must(&case::why)?.text(case::why.name)?.to_owned();
-    Ok(TopicEntry { id: text.to_owned(), why, keyed, shared: None, is_case })
+    Ok(TopicEntry { id: text.to_owned(), why, keyed, shared: None, is_case, is_partial })
 }
 
 /// The variants of a list, all without one.

@@ -84,6 +84,8 @@ pub struct Mistake {
     pub message: String,
     /// What to do.
     pub help: Option<String>,
+    /// What else is wrong, found beside it.
+    pub others: Vec<Mistake>,
 }
 
 /// The result of reading a part of a suite; the mistake is boxed because it is rare.
@@ -92,13 +94,26 @@ pub type Read<T> = std::result::Result<T, Box<Mistake>>;
 impl Mistake {
     /// What is wrong at `spot`.
     pub fn new(spot: Spot, message: impl Into<String>) -> Box<Mistake> {
-        Box::new(Mistake { spot, message: message.into(), help: None })
+        Box::new(Mistake { spot, message: message.into(), help: None, others: Vec::new() })
     }
 
     /// The same with what to do.
     pub fn help(mut self: Box<Self>, help: impl Into<String>) -> Box<Mistake> {
         self.help = Some(help.into());
         self
+    }
+
+    /// The same with what else is wrong.
+    #[must_use]
+    #[allow(clippy::boxed_local, reason = "a mistake is boxed wherever it is passed on")]
+    pub fn and(mut self: Box<Self>, other: Box<Mistake>) -> Box<Mistake> {
+        self.others.push(*other);
+        self
+    }
+
+    /// All of these as one, none without any.
+    pub fn all(mistakes: impl IntoIterator<Item = Box<Mistake>>) -> Option<Box<Mistake>> {
+        mistakes.into_iter().reduce(Mistake::and)
     }
 
     /// A word that is none of `known`: the nearest one is suggested, else the first ones are listed.
@@ -124,7 +139,7 @@ impl Mistake {
         let width = text.get(error.span.clone()).map_or(1, |part| part.chars().count()).max(1);
         let column = spot.column + (ahead + before) as u32;
         let spot = if spot.width == 0 { spot } else { Spot { column, width: width as u32, ..spot } };
-        Box::new(Mistake { spot, message: error.message, help: error.help })
+        Box::new(Mistake { spot, message: error.message, help: error.help, others: Vec::new() })
     }
 }
 
@@ -149,12 +164,15 @@ impl Mistakes {
     }
 
     /// Puts a mistake on the list, once.
-    pub fn note(&self, mistake: Box<Mistake>) {
+    pub fn note(&self, mut mistake: Box<Mistake>) {
         self.noted.set(self.noted.get() + 1);
+        let others = std::mem::take(&mut mistake.others);
         let mut list = self.list.borrow_mut();
         if !list.contains(&mistake) {
             list.push(*mistake);
         }
+        drop(list);
+        others.into_iter().for_each(|other| self.note(Box::new(other)));
     }
 
     /// The value, or none with the mistake put on the list.
@@ -177,6 +195,27 @@ impl Mistakes {
         let mut list = self.list.take();
         list.sort_by_key(|mistake| mistake.spot);
         list
+    }
+}
+
+/// All of these, or everything that is wrong with them.
+pub fn every<T>(reads: impl IntoIterator<Item = Read<T>>) -> Read<Vec<T>> {
+    let (mut list, mut wrong) = (Vec::new(), Vec::new());
+    for read in reads {
+        match read {
+            Ok(item) => list.push(item),
+            Err(mistake) => wrong.push(mistake),
+        }
+    }
+    Mistake::all(wrong).map_or(Ok(list), Err)
+}
+
+/// Both of these, or everything that is wrong with them.
+pub fn both<A, B>(one: Read<A>, other: Read<B>) -> Read<(A, B)> {
+    match (one, other) {
+        (Ok(one), Ok(other)) => Ok((one, other)),
+        (Err(one), Err(other)) => Err(one.and(other)),
+        (Err(wrong), _) | (_, Err(wrong)) => Err(wrong),
     }
 }
 

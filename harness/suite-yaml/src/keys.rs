@@ -3,8 +3,9 @@
 //! [`key_set!`](crate::key_set) makes a module with one [`Key`] for each key and with [`KEYS`](KeySet). What the loader accepts, its
 //! messages about unknown and missing keys, and `encspec schema` all come from these declarations.
 
-use super::error::{Mistake, Read};
+use super::error::{Mistake, Mistakes, Read};
 use super::yaml::Node;
+use plain_text::nearest;
 use std::fmt;
 
 /// What may stand after a key.
@@ -297,20 +298,47 @@ pub struct Keyed<'n> {
 impl<'n> Keyed<'n> {
     /// Checks the keys of `node` against `set`: unknown keys, missing keys, and keys that do not go together.
     pub fn new(node: &'n Node, set: &'static KeySet) -> Read<Keyed<'n>> {
+        let mut wrong: Vec<Box<Mistake>> = Vec::new();
+        let mut meant: Vec<String> = Vec::new();
         for (key, _) in node.entries(set.what)? {
             let name = key.text("a key")?;
             if set.key(name).is_none() {
-                return Err(Mistake::unknown(key.spot, &format!("key of {}", set.what), name, set.names()));
+                meant.extend(nearest(name, set.names()));
+                wrong.push(Mistake::unknown(key.spot, &format!("key of {}", set.what), name, set.names()));
             }
         }
-        if let Some(key) = set.keys.iter().find(|key| key.required && node.get(key.name).is_none()) {
-            return Err(node.wrong(format!("{} needs the key `{}`", set.what, key.name)).help(key.sentence));
+        // A key that is misspelt is not missing too.
+        let is_missing =
+            |key: &Key| key.required && node.get(key.name).is_none() && meant.iter().all(|name| name != key.name);
+        for key in set.keys.iter().filter(|key| is_missing(key)) {
+            wrong.push(node.wrong(format!("{} needs the key `{}`", set.what, key.name)).help(key.sentence));
+        }
+        if let Some(wrong) = Mistake::all(wrong) {
+            return Err(wrong);
         }
         let has = |key: &Key| node.get(key.name).is_some();
         match set.choices.iter().find_map(|choice| choice.mistake(set.what, has)) {
             Some((Some(key), message)) => Err(node.key(key.name).wrong(message)),
             Some((None, message)) => Err(node.wrong(message)),
             None => Ok(Keyed { node }),
+        }
+    }
+
+    /// The same where reading goes on after an unknown key, which is noted; whether there was one.
+    pub fn noting(node: &'n Node, set: &'static KeySet, mistakes: &Mistakes) -> Read<(Keyed<'n>, bool)> {
+        let is_unknown = |name: &str| set.key(name).is_none();
+        match Keyed::new(node, set) {
+            Ok(keyed) => Ok((keyed, false)),
+            Err(wrong)
+                if node
+                    .mapping()
+                    .is_some_and(|entries| entries.iter().any(|(key, _)| key.scalar().is_none_or(is_unknown)))
+                    && set.keys.iter().all(|key| !key.required || node.get(key.name).is_some()) =>
+            {
+                mistakes.note(wrong);
+                Ok((Keyed { node }, true))
+            }
+            Err(wrong) => Err(wrong),
         }
     }
 

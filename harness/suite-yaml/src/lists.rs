@@ -1,6 +1,6 @@
 //! The plain lists of a manual: its requirements and the bugs of its reference device, each in one file or several.
 
-use super::error::{Mistake, Mistakes, Read, Spot};
+use super::error::{Mistake, Mistakes, Read, Spot, both, every};
 use super::keys::{Key, Keyed, WordChoices};
 use super::source::{Files, Sources};
 use super::yaml::{Node, parse};
@@ -139,7 +139,7 @@ fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], 
                 let found = variants.iter().position(|known| known == word);
                 found.ok_or_else(|| Mistake::unknown(name.spot, "variant", word, variants.iter().map(String::as_str)))
             };
-            names.items("variants")?.iter().map(index).collect::<Read<_>>()?
+            every(names.items("variants")?.iter().map(index))?
         }
     };
     if applies.is_empty() {
@@ -149,11 +149,12 @@ fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], 
         let mistake = node.wrong(format!("a requirement needs the key `{}`", key.name));
         mistake.help(format!("write it here, or once for the whole file above `requirements`: `{}: ...`", key.name))
     };
-    let level = LEVELS.read(keyed.must(&requirement::level)?, &requirement::level)?;
-    let source = keyed.word(&requirement::source, &SOURCES)?.or(defaults.source);
-    let source = source.ok_or_else(|| missing(&requirement::source))?;
-    let channel = keyed.word(&requirement::channel, &CHANNELS)?.or(defaults.channel);
-    let channel = channel.ok_or_else(|| missing(&requirement::channel))?;
+    let level = keyed.must(&requirement::level).and_then(|node| LEVELS.read(node, &requirement::level));
+    let source = keyed.word(&requirement::source, &SOURCES);
+    let source = source.and_then(|own| own.or(defaults.source).ok_or_else(|| missing(&requirement::source)));
+    let channel = keyed.word(&requirement::channel, &CHANNELS);
+    let channel = channel.and_then(|own| own.or(defaults.channel).ok_or_else(|| missing(&requirement::channel)));
+    let ((level, source), channel) = both(both(level, source), channel)?;
     let ambiguity = optional(&requirement::ambiguity)?;
     if level == Level::Must && (source == RequirementSource::Convention || ambiguity.is_some()) {
         return wrong("only what the manual or its profile says without ambiguity is `must`");
@@ -273,7 +274,7 @@ fn bug(
         };
         requirements.get(word).map(|(index, _)| *index).ok_or_else(unknown)
     };
-    let breaks = ids.items("the requirements that it breaks")?.iter().map(index).collect::<Read<Vec<usize>>>()?;
+    let breaks = every(ids.items("the requirements that it breaks")?.iter().map(index))?;
     match breaks.is_empty() {
         true => Err(name.wrong(format!("`{text}` breaks nothing"))),
         false => Ok(Bug { name: text.to_owned(), why: sentence(text), breaks, at: files.location(name.spot) }),

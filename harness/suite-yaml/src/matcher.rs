@@ -2,7 +2,7 @@
 
 use super::device_yaml::plain;
 use super::dialect::{self, Service};
-use super::error::{Mistake, Read};
+use super::error::{Mistake, Read, every};
 use super::frame::{StepScope, in_expression};
 use super::keys::Keyed;
 use super::names::Verbs;
@@ -53,7 +53,7 @@ impl StepScope<'_, '_> {
             if items.is_empty() {
                 return Err(list.wrong("an empty list is nothing to choose from"));
             }
-            return items.iter().map(|item| self.single(item, ty)).collect::<Read<_>>().map(Matcher::In);
+            return every(items.iter().map(|item| self.single(item, ty))).map(Matcher::In);
         }
         if let Some(not) = keyed.get(&matcher::not) {
             return Ok(Matcher::Not(Box::new(self.single(not, ty)?)));
@@ -124,7 +124,7 @@ impl StepScope<'_, '_> {
             };
             Ok(ConditionPart { text, test: PartTest::Name(name.id, matcher) })
         };
-        Ok(Condition { parts: entries.iter().map(part).collect::<Read<_>>()? })
+        Ok(Condition { parts: every(entries.iter().map(part))? })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Rules: those of a file and those that are observed over a block.
 
-use super::error::{Mistake, Read};
+use super::error::{Mistake, Read, both, every};
 use super::frame::StepScope;
 use super::keys::Keyed;
 use super::step::StepContext;
@@ -24,13 +24,20 @@ impl StepContext<'_, '_> {
             return Ok(Body { names: names_of(&condition), body: RuleBody::Always(condition) });
         }
         let when = keyed.must(&rule::when)?;
-        let premise = self.frame.condition(when)?;
+        let premise = match self.frame.condition(when) {
+            Ok(premise) => premise,
+            Err(wrong) => {
+                let then = keyed.must(&rule::then).and_then(|then| self.frame.checks(then)).err();
+                let within = keyed.must(&rule::within).and_then(|within| self.frame.deadline(within)).err();
+                return Err(within.into_iter().chain(then).fold(wrong, Mistake::and));
+            }
+        };
         if let Some(value) = premise.constant() {
             return Err(when.wrong(format!("the premise is always {}", value.truth().unwrap_or(false))));
         }
-        let within = self.frame.deadline(keyed.must(&rule::within)?)?;
-        let then = self.frame.checks(keyed.must(&rule::then)?)?;
-        let hold = self.hold(keyed, &rule::r#for, &rule::until)?;
+        let within = self.frame.deadline(keyed.must(&rule::within)?);
+        let then = self.frame.checks(keyed.must(&rule::then)?);
+        let ((within, then), hold) = both(both(within, then), self.hold(keyed, &rule::r#for, &rule::until))?;
         let mut names: Vec<NameId> = premise.names().collect();
         names.extend(names_of(&then));
         if let HoldTime::Until(until) = &hold {
@@ -56,7 +63,7 @@ impl StepContext<'_, '_> {
         if items.is_empty() {
             return Err(node.wrong("an empty `observe`"));
         }
-        items.iter().map(|item| self.observation(item)).collect()
+        every(items.iter().map(|item| self.observation(item)))
     }
 
     fn observation(&self, node: &Node) -> Read<BlockObservation> {

@@ -8,8 +8,9 @@ use super::frame::Column;
 use super::keys::{Key, Keyed};
 use super::step::LoadContext;
 use super::taken;
-use super::topic_keys::{case, common_suite, uses};
+use super::topic_keys::{case, common_suite, takes, uses};
 use super::yaml::Node;
+use plain_text::nearest;
 
 /// A mapping of a file that uses a common suite, by the ids of cases and rules.
 struct ById<'n> {
@@ -53,31 +54,41 @@ pub(super) fn used<'n>(
     let [covers, omit, rows, catches, variants] =
         [&uses::covers, &uses::omit, &uses::rows, &uses::catches, &uses::variants].map(|key| ById::read(keyed, key));
     let (covers, omit, rows, catches, variants) = (covers?, omit?, rows?, catches?, variants?);
+    let mut wrong: Vec<Box<Mistake>> = Vec::new();
+    let mut meant: Vec<String> = Vec::new();
     for said in [&covers, &omit, &rows, &catches, &variants] {
         for (id, node) in &said.entries {
             if !list.iter().any(|entry| entry.id == *id) {
                 let known = list.iter().map(|entry| entry.id.as_str());
                 let spot = said.key(id).unwrap_or(node).spot;
-                return Err(Mistake::unknown(spot, "case of the common suite", id, known));
+                meant.extend(nearest(id, known.clone()));
+                wrong.push(Mistake::unknown(spot, "case of the common suite", id, known));
             }
         }
     }
     for said in [&covers, &rows, &catches, &variants] {
-        if let Some((id, node)) = omit.entries.iter().find(|(id, _)| said.get(id).is_some()) {
-            let what = if said.get(id).is_some() && covers.get(id).is_some() { "covered" } else { "spoken of" };
-            return Err(node.wrong(format!("`{id}` is {what} and left out")));
+        for (id, node) in omit.entries.iter().filter(|(id, _)| said.get(id).is_some()) {
+            let what = if covers.get(id).is_some() { "covered" } else { "spoken of" };
+            wrong.push(node.wrong(format!("`{id}` is {what} and left out")));
         }
     }
-    for (_, reason) in &omit.entries {
-        reason.text("a reason")?;
+    wrong.extend(omit.entries.iter().filter_map(|(_, reason)| reason.text("a reason").err()));
+    let is_open = |id: &str| covers.key(id).is_none() && rows.key(id).is_none() && omit.get(id).is_none();
+    let open =
+        list.iter().map(|entry| entry.id.as_str()).filter(|id| is_open(id) && meant.iter().all(|name| name != id));
+    let open: Vec<String> = open.map(|id| format!("`{id}`")).collect();
+    if let Some(first) = open.first() {
+        let help = "name the requirements of each under `covers`, or say under `omit` why the manual leaves it out";
+        let wrong_one = match open.len() {
+            1 => name.wrong(format!("{first} is neither in `covers` nor in `omit`")),
+            _ => name.wrong(format!("{} are neither in `covers` nor in `omit`", open.join(", "))),
+        };
+        wrong.push(wrong_one.help(help));
     }
+    wrong.extend(list.iter().filter_map(|entry| table(entry, &rows).err()));
     for entry in &mut list {
         let id = entry.id.as_str();
         let at = covers.key(id).or_else(|| rows.key(id));
-        if at.is_none() && omit.get(id).is_none() {
-            return Err(name.wrong(format!("`{id}` is neither in `covers` nor in `omit`")));
-        }
-        table(entry, &rows)?;
         entry.shared = at.map(|at| CommonEntry {
             at,
             covers: covers.get(id).filter(|list| list.sequence().is_none_or(|items| !items.is_empty())),
@@ -87,9 +98,15 @@ pub(super) fn used<'n>(
         });
     }
     list.retain(|entry| entry.shared.is_some());
-    let give = give(keyed, name, common, &list, ground)?;
+    let given = give(keyed, name, common, &list, ground, wrong.is_empty());
+    let given = given.map_err(|mistake| wrong.push(mistake)).unwrap_or_default();
+    if let Some(wrong) = Mistake::all(wrong) {
+        // The cases of the common suite would only say so again; those of the manual itself are read.
+        ground.mistakes.note(wrong);
+        list.clear();
+    }
     list.extend(own);
-    Ok((list, give))
+    Ok((list, given))
 }
 
 /// Whether the manual gives rows to a case that takes some, and only to those.
@@ -125,33 +142,45 @@ fn table(entry: &TopicEntry<'_>, rows: &ById<'_>) -> Read<()> {
     Ok(())
 }
 
-/// What the manual gives; it gives all that is taken by what it does not leave out, and nothing else.
+/// What the manual gives; it gives all that is taken by what it does not leave out, and nothing else. Whether something is given and not
+/// used is known only if it is known what is kept.
 fn give<'n>(
     keyed: Keyed<'n>,
     name: &Node,
     common: Keyed<'n>,
     kept: &[TopicEntry<'n>],
     ground: &LoadContext<'_>,
+    is_kept_known: bool,
 ) -> Read<Vec<Column>> {
     let takes = common.get(&common_suite::takes).map_or(Ok(Vec::new()), |takes| named(takes, "takes"))?;
     let give = keyed.get(&uses::give).map_or(Ok(Vec::new()), |give| named(give, "give"))?;
     let is_used = |take: &str| kept.iter().any(|entry| mentions(entry.keyed.node, take));
     let mut columns = Vec::new();
-    for (entry, value) in &give {
+    let mut wrong: Vec<Box<Mistake>> = Vec::new();
+    let mut one = |entry: &'n str, value: &'n Node| -> Read<()> {
         let key = || keyed.get(&uses::give).map_or(value.spot, |give| give.key(entry).spot);
-        let Some((_, take)) = takes.iter().find(|(known, _)| known == entry) else {
+        let Some((_, take)) = takes.iter().find(|(known, _)| *known == entry) else {
             return Err(Mistake::unknown(key(), "entry of give", entry, takes.iter().map(|(name, _)| *name)));
         };
-        if !is_used(entry) {
+        if is_kept_known && !is_used(entry) {
             return Err(Mistake::new(key(), format!("`{entry}` is given and never used"))
                 .help("everything that would use it is left out"));
         }
         taken::given(value, take, &ground.device.variants)?;
-        columns.push(Column::new(entry, (*value).clone()));
-    }
-    let is_given = |take: &str| give.iter().any(|(name, _)| *name == take);
-    match takes.iter().find(|(take, _)| !is_given(take) && is_used(take)) {
-        Some((missing, _)) => Err(name.wrong(format!("the common suite has to be given `{missing}`"))),
-        None => Ok(columns),
-    }
+        columns.push(Column::new(entry, value.clone()));
+        Ok(())
+    };
+    wrong.extend(give.iter().filter_map(|(entry, value)| one(entry, value).err()));
+    // An entry that is misspelt is not missing too.
+    let misspelt = give.iter().filter(|(name, _)| takes.iter().all(|(take, _)| take != name));
+    let meant: Vec<String> =
+        misspelt.filter_map(|(name, _)| nearest(name, takes.iter().map(|(take, _)| *take))).collect();
+    let is_given = |take: &str| meant.iter().any(|name| name == take) || give.iter().any(|(name, _)| *name == take);
+    let missing = takes.iter().filter(|(take, _)| !is_given(take) && is_used(take));
+    wrong.extend(missing.map(|(missing, take)| {
+        let why = take.get(takes::why.name).and_then(Node::scalar).unwrap_or_default();
+        let mistake = name.wrong(format!("the common suite has to be given `{missing}`"));
+        mistake.help(format!("write `give: {{ {missing}: ... }}`: {why}"))
+    }));
+    Mistake::all(wrong).map_or(Ok(columns), Err)
 }

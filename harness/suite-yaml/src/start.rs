@@ -2,7 +2,7 @@
 
 use super::device_yaml::{duration, plain};
 use super::dialect;
-use super::error::{Mistake, Read};
+use super::error::{Mistake, Read, every};
 use super::frame::{StepScope, is_none, literal, octets};
 use super::request_keys::connect_request;
 use super::yaml::{Node, NodeKind};
@@ -43,13 +43,13 @@ pub(super) fn merged(under: Option<&Node>, over: Option<&Node>) -> Read<Option<N
 
 impl StepScope<'_, '_> {
     /// A connection; the module is in use from here on.
-    pub(super) fn start(&self, node: &Node) -> Read<ConnectionStart> {
+    pub(super) fn start<'s>(&self, node: &'s Node) -> Read<ConnectionStart> {
         let device = self.names.device();
         let (mut module, mut cycle, mut watchdog, mut instead) = (None, None, None, Vec::new());
         let (mut unwatched, mut baud, mut isochronous) = (false, None, None);
         let on_profibus = device.profibus().is_some();
-        let mut given: Vec<(usize, usize, i128, &Node)> = Vec::new();
-        for (key, value) in node.entries("start")? {
+        let mut given: Vec<(usize, usize, i128, &'s Node)> = Vec::new();
+        let mut entry = |(key, value): &'s (Node, Node)| -> Read<()> {
             match key.text("a key")? {
                 "module" => module = Some(self.module(value)?),
                 "cycle" => cycle = Some((duration(value, "a cycle")?, value)),
@@ -63,7 +63,14 @@ impl StepScope<'_, '_> {
                     given.push((record, field, self.start_value(value, record, field)?, key));
                 }
             }
+            Ok(())
+        };
+        let read = every(node.entries("start")?.iter().map(&mut entry));
+        if read.is_err() {
+            // What follows is checked with the module, whatever else is wrong.
+            self.progress.module.set(module);
         }
+        read?;
         let Some(module) = module else {
             return Err(node.wrong("a connection needs its `module`"));
         };

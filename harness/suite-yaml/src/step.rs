@@ -3,7 +3,7 @@
 use super::access::RequestSender;
 use super::answer::RequestKind;
 use super::device_yaml::{named, plain};
-use super::error::{Mistake, Mistakes, Read};
+use super::error::{Mistake, Mistakes, Read, both, every};
 use super::frame::{Column, StepScope, in_expression, is_none, octets, replaced};
 use super::keys::{Key, Keyed};
 use super::lists::AllBugs;
@@ -74,7 +74,7 @@ impl LoadContext<'_> {
     /// Requirements of a list; each must exist and apply to the variant.
     pub(super) fn covers(&self, node: &Node, frame: &StepScope<'_, '_>) -> Read<Vec<usize>> {
         let mut list = Vec::new();
-        for item in node.items("covers")? {
+        let requirement = |item: &Node| {
             let id = plain(item, "a requirement")?;
             let Some((index, variants)) = self.requirements.get(id) else {
                 return Err(Mistake::unknown(item.spot, "requirement", id, self.requirements_near(id)));
@@ -89,7 +89,9 @@ impl LoadContext<'_> {
                 return Err(item.wrong(format!("{id} stands twice")));
             }
             list.push(*index);
-        }
+            Ok(())
+        };
+        every(node.items("covers")?.iter().map(requirement))?;
         if list.is_empty() { Err(node.wrong("an empty list of requirements")) } else { Ok(list) }
     }
 
@@ -136,17 +138,22 @@ impl<'f, 'm> StepContext<'f, 'm> {
         let [(verb, set)] = verbs.as_slice() else {
             return Err(self.no_verb(node, entries, verbs.len()));
         };
-        let keyed = Keyed::new(node, set)?;
+        // What a procedure is not given may stand under a misspelt key.
+        let keyed = match verb {
+            VerbWord::Do => Keyed::new(node, set)?,
+            _ => Keyed::noting(node, set, self.ground.mistakes)?.0,
+        };
         // A manual may give `none` to a common suite: then the check counts for the case.
         let covers = keyed.get(&expect_step::covers).filter(|covers| !is_none(covers));
-        let (covers, apart) = covers.map_or(Ok((Vec::new(), Vec::new())), |covers| self.covers(covers, node))?;
-        let about = self.about(keyed, *verb)?;
+        let covers = covers.map_or(Ok((Vec::new(), Vec::new())), |covers| self.covers(covers, node));
+        let judged = both(covers, self.about(keyed, *verb));
         let second = match keyed.get(&connect_step::r#as) {
             None => false,
             Some(by) if by.plain() == Some("second") => true,
             Some(by) => return Err(by.wrong("`as` is `second` or left out")),
         };
-        let verb = self.verb(*verb, keyed, RequestSender { second, to: self.to(keyed)? })?;
+        let verb = self.to(keyed).and_then(|to| self.verb(*verb, keyed, RequestSender { second, to }));
+        let (((covers, apart), about), verb) = both(judged, verb)?;
         Ok(TrialStep { at: self.ground.location(node), text: shown(node), covers, apart, about, verb })
     }
 
@@ -265,12 +272,14 @@ impl<'f, 'm> StepContext<'f, 'm> {
                 Verb::Send { service, answer, second, to: by.to, repeats }
             }
             VerbWord::Expect => {
-                let condition = frame.checks(value)?;
+                let condition = frame.checks(value);
                 let within = match keyed.get(&expect_step::within).or(self.within) {
-                    Some(within) => frame.deadline(within)?,
-                    None => frame.usual_deadline(),
+                    Some(within) => frame.deadline(within),
+                    None => Ok(frame.usual_deadline()),
                 };
-                Verb::Expect { condition, within, hold: self.hold(keyed, &expect_step::r#for, &expect_step::until)? }
+                let hold = self.hold(keyed, &expect_step::r#for, &expect_step::until);
+                let ((condition, within), hold) = both(both(condition, within), hold)?;
+                Verb::Expect { condition, within, hold }
             }
             VerbWord::Wait => Verb::Wait(frame.span(value)?),
             VerbWord::Save => self.save(value)?,
@@ -305,7 +314,7 @@ impl<'f, 'm> StepContext<'f, 'm> {
         if entries.is_empty() {
             return Err(node.wrong("an empty `set`"));
         }
-        entries.iter().map(|(key, value)| self.setting(key, value)).collect()
+        every(entries.iter().map(|(key, value)| self.setting(key, value)))
     }
 
     fn setting(&self, key: &Node, value: &Node) -> Read<Setting> {
@@ -378,7 +387,7 @@ impl<'f, 'm> StepContext<'f, 'm> {
             let expect = keyed.get(&exchanged::expect).map(|expect| self.frame.checks(expect)).transpose()?;
             Ok(ExchangeEntry { set, times, expect })
         };
-        items.iter().map(entry).collect()
+        every(items.iter().map(entry))
     }
 
     fn save(&self, node: &Node) -> Read<Verb> {

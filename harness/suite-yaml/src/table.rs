@@ -2,7 +2,7 @@
 
 use super::device_yaml::{labels, named};
 use super::entry::TopicEntry;
-use super::error::{Mistake, Read};
+use super::error::{Mistake, Read, every};
 use super::frame::Column;
 use super::names::Names;
 use super::step::LoadContext;
@@ -125,7 +125,7 @@ pub(super) fn catches<'n>(
     let is_given = entry.shared.as_ref().is_some_and(|shared| shared.rows.is_some());
     for (node, is_own) in [(entry.keyed.get(&case::catches), false), (added, true), (of_row, is_given)] {
         let Some(node) = node else { continue };
-        for (at, name) in labels(node, "catches")?.into_iter().enumerate() {
+        let mut bug = |(at, name): (usize, String)| {
             let at = node.sequence().and_then(|items| items.get(at)).unwrap_or(node);
             let own = || ground.bugs.iter().map(|bug| bug.name.as_str());
             if !own().any(|known| known == name) {
@@ -140,7 +140,7 @@ pub(super) fn catches<'n>(
                 }
                 ground.elsewhere.lists(ground.sources, &name, at)?;
                 passed_over = true;
-                continue;
+                return Ok(());
             }
             if list.contains(&name) {
                 return Err(match is_own {
@@ -150,7 +150,9 @@ pub(super) fn catches<'n>(
             }
             names.mark("bug", &name);
             list.push(name);
-        }
+            Ok(())
+        };
+        every(labels(node, "catches")?.into_iter().enumerate().map(&mut bug))?;
     }
     let is_any_row_left = row.is_some_and(|(_, rows)| rows.iter().any(|row| row.catches.is_some()));
     match &entry.shared {

@@ -204,3 +204,26 @@ fn no_other_file_names_it() {
     }
     assert!(files > 300, "only {files} files were searched");
 }
+
+/// Parameters need a submodule that gives access to them; without one no case that reads a parameter could run.
+#[test]
+fn a_module_without_access_to_parameters_is_refused() {
+    let folder = without_bugs("no-access", "mine");
+    let device = fs::read_to_string(folder.join("mine/device.yaml")).expect("a device");
+    let without = |line: &str| {
+        assert!(device.contains(line), "{line}");
+        folder.write("mine/device.yaml", &device.replace(line, ""));
+        encspec(&folder, &["check", "mine"])
+    };
+    let said = without("parameter_access: { index: 0xB02F, at: access_point }\n");
+    assert_eq!(said.status, Some(2), "{}", said.all());
+    let no_submodule = "parameters cannot be reached: no submodule of this device gives access to them";
+    assert!(
+        said.err.contains(no_submodule) && said.err.contains("`parameter_access: { at: SUBMODULE }`"),
+        "{}",
+        said.err
+    );
+    let said = without("access_point, ");
+    assert!(said.err.contains("the module `telegram_81` has no access to them"), "{}", said.err);
+    assert!(said.err.contains("positions.yaml") && said.err.contains("errors in the suites"), "{}", said.err);
+}

@@ -1,6 +1,6 @@
 //! Signals, their bits, and the submodules and modules that carry them.
 
-use super::super::error::{Mistake, Read};
+use super::super::error::{Mistake, Read, both, every};
 use super::super::keys::{Key, Keyed, WordChoices};
 use super::super::yaml::Node;
 use super::plain::ORIGINS;
@@ -101,26 +101,21 @@ pub(super) struct WiredSlave {
 }
 
 impl<'n> DeviceReader<'n> {
-    /// Signals, submodules, modules and records of a device on PROFINET; each list is read only if the one before it is sound.
+    /// Signals, submodules, modules and records of a device on PROFINET.
     pub(super) fn cyclic(&mut self) -> Wired {
-        let before = self.mistakes.count();
         let signals = self.signals();
-        let (mut submodules, mut modules) = (Vec::new(), Vec::new());
+        let (mut submodules, mut modules): (Vec<DeviceSubmodule>, Vec<DeviceModule>) = Default::default();
         for (name, node) in self.entries(&device::submodules) {
             self.declare("submodule", name, node.spot);
-            if self.mistakes.count() == before {
-                let read = self.submodule(name, node, &signals);
-                submodules.extend(self.mistakes.keep(read));
-            }
+            let read = self.submodule(name, node, &signals);
+            submodules.extend(self.mistakes.keep(read));
         }
         for (name, node) in self.entries(&device::modules) {
             self.declare("module", name, node.spot);
-            if self.mistakes.count() == before {
-                modules.extend(self.mistakes.keep(module(name, node, &submodules)));
-            }
+            let read = self.module(name, node, &submodules);
+            modules.extend(self.mistakes.keep(read));
         }
-        let sound = self.mistakes.count() == before;
-        let records = if sound { self.records(&submodules, &modules) } else { Vec::new() };
+        let records = self.records(&submodules, &modules);
         Wired { signals, submodules, modules, records, slave: None }
     }
 
@@ -133,7 +128,9 @@ impl<'n> DeviceReader<'n> {
         }
         for (_, node) in self.entries(&device::signals) {
             let bit = Keyed::new(node, &signal::KEYS).ok().and_then(|keyed| keyed.get(&signal::code_when));
-            self.mistakes.keep(bit.map_or(Ok(()), |bit| code_bit(bit, &signals)));
+            let of = bit.and_then(Node::scalar).and_then(|text| text.split('.').next()).unwrap_or_default();
+            let is_broken = self.is_declared(&device::signals, of) && signals.iter().all(|signal| signal.name != of);
+            self.mistakes.keep(bit.filter(|_| !is_broken).map_or(Ok(()), |bit| code_bit(bit, &signals)));
         }
         signals
     }
@@ -242,10 +239,17 @@ impl<'n> DeviceReader<'n> {
             output_octets = whole::<u16>(octets.must(&octets::out)?, "a length")?;
             input_octets = whole::<u16>(octets.must(&octets::r#in)?, "a length")?;
         }
-        let outputs =
-            carried(keyed, &submodule::outputs, &submodule::octets, SignalSender::Controller, signals, output_octets)?;
+        let outputs = self.carried(
+            keyed,
+            &submodule::outputs,
+            &submodule::octets,
+            SignalSender::Controller,
+            signals,
+            output_octets,
+        );
         let inputs =
-            carried(keyed, &submodule::inputs, &submodule::octets, SignalSender::Device, signals, input_octets)?;
+            self.carried(keyed, &submodule::inputs, &submodule::octets, SignalSender::Device, signals, input_octets);
+        let (outputs, inputs) = both(outputs, inputs)?;
         let ident = whole(keyed.must(&submodule::ident)?, "an ident")?;
         let slot = whole(keyed.must(&submodule::slot)?, "a slot")?;
         let module_idents = match keyed.get(&submodule::module_ident) {
@@ -277,65 +281,91 @@ pub(super) fn words_of(table: Option<&WordTable>) -> Vec<(String, i128)> {
         .collect()
 }
 
-/// The signals after `key`, whose widths together have to be the `octets` of one direction.
-pub(super) fn carried(
-    keyed: Keyed<'_>,
-    key: &Key,
-    lengths: &Key,
-    from: SignalSender,
-    signals: &[DeviceSignal],
-    octets: u16,
-) -> Read<Vec<usize>> {
-    let list = keyed.get(key).map_or(Ok(&[][..]), |node| node.items(key.name))?;
-    let mut found = Vec::new();
-    for node in list {
-        let name = plain(node, "a signal")?;
-        let Some(index) = signals.iter().position(|signal| signal.name == name) else {
-            return Err(Mistake::unknown(node.spot, "signal", name, signals.iter().map(|signal| signal.name.as_str())));
-        };
-        if signals[index].from != from {
-            return Err(node.wrong(format!("`{name}` goes the other way")));
-        }
-        found.push(index);
-    }
-    let bits: u32 = found.iter().filter_map(|index| signals.get(*index)).map(|signal| signal.width).sum();
-    if bits != u32::from(octets) * 8 {
-        let at = keyed.get(lengths).unwrap_or(keyed.node);
-        return Err(at.wrong(format!(
-            "the {} have {} bytes by the widths of their signals, but {octets} are written",
-            key.name,
-            bits / 8
-        )));
-    }
-    Ok(found)
-}
-
-fn module(name: &str, node: &Node, submodules: &[DeviceSubmodule]) -> Read<DeviceModule> {
-    let keyed = Keyed::new(node, &module::KEYS)?;
-    let list = keyed.must(&module::submodules)?;
-    let mut found = Vec::new();
-    for node in list.items("submodules")? {
-        let name = plain(node, "a submodule")?;
-        match submodules.iter().position(|submodule| submodule.name == name) {
-            Some(index) if found.contains(&index) => return Err(node.wrong(format!("`{name}` stands twice"))),
-            Some(index) => found.push(index),
-            None => {
-                return Err(Mistake::unknown(
-                    node.spot,
-                    "submodule",
-                    name,
-                    submodules.iter().map(|submodule| submodule.name.as_str()),
-                ));
+impl DeviceReader<'_> {
+    /// The signals after `key`, whose widths together have to be the `octets` of one direction.
+    pub(super) fn carried(
+        &self,
+        keyed: Keyed<'_>,
+        key: &Key,
+        lengths: &Key,
+        from: SignalSender,
+        signals: &[DeviceSignal],
+        octets: u16,
+    ) -> Read<Vec<usize>> {
+        let list = keyed.get(key).map_or(Ok(&[][..]), |node| node.items(key.name))?;
+        let mut found = Vec::new();
+        let mut is_whole = true;
+        let mut signal = |node: &Node| {
+            let name = plain(node, "a signal")?;
+            let Some(index) = signals.iter().position(|signal| signal.name == name) else {
+                if self.is_declared(&device::signals, name) {
+                    is_whole = false;
+                    return Ok(());
+                }
+                return Err(Mistake::unknown(node.spot, "signal", name, self.declared_names(&device::signals)));
+            };
+            if signals[index].from != from {
+                return Err(node.wrong(format!("`{name}` goes the other way")));
             }
+            found.push(index);
+            Ok(())
+        };
+        every(list.iter().map(&mut signal))?;
+        let bits: u32 = found.iter().filter_map(|index| signals.get(*index)).map(|signal| signal.width).sum();
+        if is_whole && bits != u32::from(octets) * 8 {
+            let at = keyed.get(lengths).unwrap_or(keyed.node);
+            return Err(at.wrong(format!(
+                "the {} have {} bytes by the widths of their signals, but {octets} are written",
+                key.name,
+                bits / 8
+            )));
         }
+        Ok(found)
     }
-    if found.is_empty() {
-        return Err(list.wrong("a module without submodules"));
+
+    /// The names in the mapping at the top after `key`, with or without a mistake.
+    fn declared_names(&self, key: &Key) -> Vec<&str> {
+        let entries = self.top.get(key).and_then(Node::mapping).unwrap_or_default();
+        entries.iter().filter_map(|(name, _)| name.scalar()).collect()
     }
-    Ok(DeviceModule::on_profinet(
-        name,
-        whole(keyed.must(&module::ident)?, "an ident")?,
-        origin(keyed, &module::from_source)?,
-        found,
-    ))
+
+    /// Whether the mapping at the top after `key` has this name. If it has and the definition is not known, it has a mistake of its own, and what
+    /// refers to it is not called wrong.
+    pub(super) fn is_declared(&self, key: &Key, name: &str) -> bool {
+        self.top.get(key).is_some_and(|definitions| definitions.get(name).is_some())
+    }
+
+    fn module(&self, name: &str, node: &Node, submodules: &[DeviceSubmodule]) -> Read<DeviceModule> {
+        let keyed = Keyed::new(node, &module::KEYS)?;
+        let list = keyed.must(&module::submodules)?;
+        let mut found = Vec::new();
+        let mut is_whole = true;
+        let mut submodule = |node: &Node| {
+            let name = plain(node, "a submodule")?;
+            match submodules.iter().position(|submodule| submodule.name == name) {
+                Some(index) if found.contains(&index) => return Err(node.wrong(format!("`{name}` stands twice"))),
+                Some(index) => found.push(index),
+                None if self.is_declared(&device::submodules, name) => is_whole = false,
+                None => {
+                    return Err(Mistake::unknown(
+                        node.spot,
+                        "submodule",
+                        name,
+                        self.declared_names(&device::submodules),
+                    ));
+                }
+            }
+            Ok(())
+        };
+        every(list.items("submodules")?.iter().map(&mut submodule))?;
+        if found.is_empty() && is_whole {
+            return Err(list.wrong("a module without submodules"));
+        }
+        Ok(DeviceModule::on_profinet(
+            name,
+            whole(keyed.must(&module::ident)?, "an ident")?,
+            origin(keyed, &module::from_source)?,
+            found,
+        ))
+    }
 }

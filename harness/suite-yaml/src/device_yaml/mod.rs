@@ -141,7 +141,7 @@ impl<'n> DeviceReader<'n> {
             Some("profibus") => &slave::KEYS,
             _ => &device::KEYS,
         };
-        let top = Keyed::new(node, keys)?;
+        let (top, _) = Keyed::noting(node, keys, mistakes)?;
         let mentioned = RefCell::default();
         let (variants, tables, constants, circles, declared) = Default::default();
         Ok(DeviceReader { top, mistakes, variants, tables, constants, circles, mentioned, declared })
@@ -167,21 +167,24 @@ impl<'n> DeviceReader<'n> {
         let sound = self.mistakes.count() == before;
         let parameters = self.parameters();
         let access = match sound {
-            true => self.parameter_access(is_slave, &submodules, &parameters)?,
+            true => self.kept(|of| of.parameter_access(is_slave, &submodules, &parameters)),
             false => Access::default(),
         };
-        let stand = self.stand()?;
-        let roles = self.roles()?;
+        let stand = self.kept(DeviceReader::stand);
+        let roles = self.kept(DeviceReader::roles);
         let pages = self.pages();
-        let changes =
-            if sound { self.changes(&signals, &parameters, &records, &pages)? } else { LastingChanges::default() };
+        let changes = if sound {
+            self.kept(|of| of.changes(&signals, &parameters, &records, &pages))
+        } else {
+            LastingChanges::default()
+        };
         let diagnosis = slave.as_ref().map(|slave| &slave.diagnosis);
         let names = IdentifyingNames { signals: &signals, records: &records, parameters: &parameters, diagnosis };
         let variant_identification =
-            if sound { self.variant_identification(&names)? } else { VariantIdentification::default() };
-        let derived = self.derived()?;
+            if sound { self.kept(|of| of.variant_identification(&names)) } else { VariantIdentification::default() };
+        let derived = self.kept(DeviceReader::derived);
         self.names_differ(&records);
-        let title = self.top.must(&device::title)?.text("title")?.to_owned();
+        let title = self.kept(|of| of.top.must(&device::title)?.text("title").map(str::to_owned));
         let rt_class = match self.top.get(&device::rt_class) {
             None => 1,
             Some(node) => match whole::<u8>(node, "a class")? {
@@ -193,7 +196,8 @@ impl<'n> DeviceReader<'n> {
                 }
             },
         };
-        let network = self.top.get(&device::network).map_or(Ok(Vec::new()), network)?;
+        let network = self.kept(|of| of.top.get(&device::network).map_or(Ok(Vec::new()), network));
+        let timing = self.timing();
         let bus = match slave {
             None => {
                 ProfinetFacts { identity: self.identity()?, rt_class, network, parameter_point: access.point }.into()
@@ -204,7 +208,6 @@ impl<'n> DeviceReader<'n> {
                 ProfibusFacts { ident, ident_origin, address, set_prm, diagnosis, parameter_slot }.into()
             }
         };
-        let timing = self.timing();
         let device = DeviceDescription {
             name: folder.to_owned(),
             bus,
@@ -245,6 +248,12 @@ impl<'n> DeviceReader<'n> {
             mentioned,
             declared: self.declared,
         })
+    }
+
+    /// What `read` reads; a mistake in it is noted, and reading goes on.
+    fn kept<T: Default>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> T {
+        let mistakes = self.mistakes;
+        mistakes.keep(read(self)).unwrap_or_default()
     }
 
     /// No two of the names that stand alone in an expression are the same.

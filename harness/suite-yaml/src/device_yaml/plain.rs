@@ -1,6 +1,6 @@
 //! Plain values: words, numbers, pairs, durations, flags, names, and where a datum comes from.
 
-use super::super::error::{Mistake, Read};
+use super::super::error::{Mistake, Read, every};
 use super::super::keys::{Key, Keyed, Pattern, WordChoices};
 use super::super::yaml::Node;
 use expression::{DurationLiteral, Number};
@@ -134,15 +134,12 @@ pub fn flag(keyed: Keyed<'_>, key: &Key) -> Read<bool> {
 
 /// Names and values of a mapping that is not empty.
 pub fn named<'n>(node: &'n Node, what: &str) -> Read<Vec<(&'n str, &'n Node)>> {
-    let entries = node.entries(what)?;
-    entries
-        .iter()
-        .map(|(key, value)| {
-            let name = plain(key, "a name")?;
-            label(key, name)?;
-            Ok((name, value))
-        })
-        .collect()
+    let entry = |(key, value): &'n (Node, Node)| {
+        let name = plain(key, "a name")?;
+        label(key, name)?;
+        Ok((name, value))
+    };
+    every(node.entries(what)?.iter().map(entry))
 }
 
 /// A list of names that are declared here, each once.

@@ -1,10 +1,10 @@
 //! What only a `device.yaml` of PROFIBUS has: identifiers, Set_Prm, Slave_Diag.
 
-use super::super::error::{Mistake, Read};
+use super::super::error::{Mistake, Read, both};
 use super::super::keys::{Keyed, Pattern};
 use super::super::yaml::Node;
 use super::changes::changed;
-use super::cyclic::{Wired, WiredSlave, carried};
+use super::cyclic::{Wired, WiredSlave};
 use super::cyclic::{octets, signal};
 use super::plain::{FieldKeys, FieldPosition, ORIGINS, position};
 use super::rest::{codes, parameter, record_field, slave_parameter_access, stand};
@@ -115,17 +115,12 @@ const USER_OCTETS: usize = 237;
 impl<'n> DeviceReader<'n> {
     /// What a slave has: signals, one synthetic submodule for each module, the record of its user bytes, its diagnosis.
     pub(super) fn slave(&mut self, codes: &Codes) -> Read<Wired> {
-        let before = self.mistakes.count();
-        let address = self.address()?;
         let signals = self.signals();
-        let (set_prm, record) = self.set_prm()?;
-        let diagnosis = self.diagnosis(codes)?;
+        let facts = both(both(self.address(), self.set_prm()), self.diagnosis(codes));
+        let ((address, (set_prm, record)), diagnosis) = facts?;
         let (mut submodules, mut modules) = (Vec::new(), Vec::new());
         for (name, node) in self.entries(&slave::modules) {
             self.declare("module", name, node.spot);
-            if self.mistakes.count() > before {
-                continue;
-            }
             if let Some((submodule, module)) =
                 self.mistakes.keep(self.slave_module(name, node, &signals, &record, modules.len()))
             {
@@ -166,16 +161,23 @@ impl<'n> DeviceReader<'n> {
             whole::<u16>(octets.must(&octets::out)?, "a length")?,
             whole::<u16>(octets.must(&octets::r#in)?, "a length")?,
         );
-        let outputs = carried(
+        let outputs = self.carried(
             keyed,
             &slave_module::outputs,
             &slave_module::octets,
             SignalSender::Controller,
             signals,
             output_octets,
-        )?;
-        let inputs =
-            carried(keyed, &slave_module::inputs, &slave_module::octets, SignalSender::Device, signals, input_octets)?;
+        );
+        let inputs = self.carried(
+            keyed,
+            &slave_module::inputs,
+            &slave_module::octets,
+            SignalSender::Device,
+            signals,
+            input_octets,
+        );
+        let (outputs, inputs) = both(outputs, inputs)?;
         let cfg_node = keyed.must(&slave_module::cfg)?;
         let cfg = known_octets(cfg_node)?;
         let sums = Identifier::parse_all(&cfg).map(|identifiers| cfg::io_lengths(&identifiers));

@@ -147,17 +147,20 @@ impl<'n> DeviceReader<'n> {
         let keyed = Keyed::new(node, &record::KEYS)?;
         let at = keyed.must(&record::at)?;
         let place = plain(at, "a submodule")?;
-        let Some(index) = submodules.iter().position(|submodule| submodule.name == place) else {
-            return Err(Mistake::unknown(
-                at.spot,
-                "submodule",
-                place,
-                submodules.iter().map(|submodule| submodule.name.as_str()),
-            ));
+        let index = match submodules.iter().position(|submodule| submodule.name == place) {
+            Some(index) => index,
+            None if self.is_declared(&device::submodules, place) => 0,
+            None => {
+                let known = submodules.iter().map(|submodule| submodule.name.as_str());
+                return Err(Mistake::unknown(at.spot, "submodule", place, known));
+            }
         };
         let octets: usize = whole(keyed.must(&record::octets)?, "a length")?;
         let start = flag(keyed, &record::start)?;
-        let with = keyed.get(&record::with).map(|node| start_modules(node, start, modules)).transpose()?;
+        // A module that has a mistake of its own is not called unknown.
+        let is_known = modules.len() == self.entries(&device::modules).len();
+        let with = keyed.get(&record::with).filter(|_| is_known);
+        let with = with.map(|node| start_modules(node, start, modules)).transpose()?;
         let mut fields = Vec::new();
         for (field, node) in named(keyed.must(&record::fields)?, "fields")? {
             self.declare("field", &format!("{name}.{field}"), node.spot);
