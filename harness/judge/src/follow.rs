@@ -8,7 +8,7 @@ use suite::device::DeviceDescription;
 use wire::ethernet::Mac;
 use wire::lldp::{Lldp, Tlv};
 use wire::profibus::fdl::BROADCAST;
-use wire::profinet::alarm::AlarmNotification;
+use wire::profinet::alarm::{AlarmNotification, AlarmPriority};
 use wire::profinet::diagnosis::AlarmItem;
 
 /// The effect of an observation on the followed connection.
@@ -210,11 +210,21 @@ fn announcement(pdu: &Lldp) -> ObservedLldp {
     observed
 }
 
+/// The length of a UserStructureIdentifier in bytes.
+const USER_STRUCTURE_IDENTIFIER: usize = 2;
+
 /// The values of `alarm.*` for an alarm: its first channel diagnosis, if it has one.
 fn alarm(notification: &AlarmNotification) -> ObservedAlarm {
     let item = notification.items.iter().find(|item| !item.channels().is_empty()).or(notification.items.first());
     let channel = item.and_then(|item| item.channels().first().copied());
     ObservedAlarm {
+        alarm_type: notification.alarm_type.0,
+        is_high: notification.priority == AlarmPriority::High,
+        payload: item.map(|item| {
+            let mut octets = Vec::new();
+            item.write(&mut octets);
+            octets.split_off(octets.len().min(USER_STRUCTURE_IDENTIFIER))
+        }),
         slot: notification.slot,
         subslot: notification.subslot,
         structure: item.map(AlarmItem::identifier),

@@ -56,6 +56,12 @@ pub struct ObservedAlarm {
     pub error: Option<u16>,
     /// `alarm.severity`: 0 diagnosis, 1 maintenance required, 2 maintenance demanded.
     pub severity: Option<u8>,
+    /// `alarm.type`.
+    pub alarm_type: u16,
+    /// `alarm.priority`: whether it is high.
+    pub is_high: bool,
+    /// `alarm.payload`.
+    pub payload: Option<Vec<u8>>,
     /// `alarm.slot`.
     pub slot: u16,
     /// `alarm.subslot`.

@@ -614,6 +614,12 @@ pub enum EventName {
     AlarmError,
     /// `alarm.severity`: `diagnosis`, `maintenance_required`, `maintenance_demanded`.
     AlarmSeverity,
+    /// `alarm.type`: the AlarmType.
+    AlarmType,
+    /// `alarm.priority`: `low`, `high`.
+    AlarmPriority,
+    /// `alarm.payload`: the bytes of its first item after the UserStructureIdentifier.
+    AlarmPayload,
     /// `alarm.slot`.
     AlarmSlot,
     /// `alarm.subslot`.

@@ -26,6 +26,8 @@ pub const ALARM_CHANGE: WordList =
     &[("all_disappear", 0), ("appears", 1), ("disappears", 2), ("disappears_others_remain", 3)];
 /// `alarm.severity`: from the maintenance bits of the channel properties.
 pub const ALARM_SEVERITY: WordList = &[("diagnosis", 0), ("maintenance_required", 1), ("maintenance_demanded", 2)];
+/// `alarm.priority`.
+pub const ALARM_PRIORITY: WordList = &[("low", 0), ("high", 1)];
 /// Modes of a field that counts by itself, in addition to a number.
 pub const COUNTING: WordList = &[("counting", -1), ("held", -2)];
 

@@ -307,6 +307,17 @@ fn unacknowledged_alarms(#[case] list: &[&str], #[case] verdict: Verdict) {
     assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
 }
 
+/// A diagnosis is an alarm of low priority (IEC 61158-6-10), its item the channel, the properties and the error type: 9000h in the manual.
+#[rstest]
+#[case::as_it_is(r#"{ alarm.type: diagnosis, alarm.priority: low, alarm.payload: "80 00 .. .. 90 00" }"#, Pass)]
+#[case::another_type("{ alarm.type: process }", Fail)]
+#[case::another_priority("{ alarm.priority: high }", Fail)]
+#[case::another_payload(r#"{ alarm.payload: "80 00 .. .. 90 11" }"#, Fail)]
+fn type_priority_and_payload_of_an_alarm(#[case] expected: &str, #[case] verdict: Verdict) {
+    let outcome = steps("", &["set: { fault.memory: present }", &format!("expect: {expected}")]);
+    assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
+}
+
 /// An expectation that already held is an error of the suite, but a failure if the device deviates.
 #[test]
 fn an_idle_expectation_is_no_error_where_the_device_deviates() {

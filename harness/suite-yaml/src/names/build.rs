@@ -8,6 +8,7 @@ use suite::device::{
     StandName, StationName,
 };
 use suite::words;
+use wire::profinet::alarm::AlarmType;
 use wire::profinet::status::AbortReason;
 
 /// What a path is, or what is wrong with it and what to write instead.
@@ -329,6 +330,14 @@ impl Names<'_> {
                 );
                 event(EventName::AlarmError, Type::Word(table))
             }
+            ("alarm", Some("type")) => {
+                let types = AlarmType::TABLE.iter().map(|(code, word, _)| (*word, i64::from(code.0)));
+                event(EventName::AlarmType, Type::Word(WordTable::new("alarm.type", types)))
+            }
+            ("alarm", Some("priority")) => {
+                event(EventName::AlarmPriority, built_in("alarm.priority", words::ALARM_PRIORITY))
+            }
+            ("alarm", Some("payload")) => event(EventName::AlarmPayload, Type::Bytes),
             ("alarm", Some("slot")) => event(EventName::AlarmSlot, Type::whole(16, false)),
             ("alarm", Some("subslot")) => event(EventName::AlarmSubslot, Type::whole(16, false)),
             ("alarm", Some("channel")) => event(EventName::AlarmChannel, Type::whole(16, false)),
