@@ -29,6 +29,8 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.checks.check(|check, right| right || matches!(check, EncoderCheck::Attribute(_)));
             "zero-elements-refused" "A request with 0 elements is refused for parameters that are not arrays."
                 => |d| d.checks.set(EncoderCheck::ElementCount { count: 0, has_elements: false }, false);
+            "one-element-refused" "A request with 1 element is refused for parameters that are not arrays."
+                => |d| d.checks.set(EncoderCheck::ElementCount { count: 1, has_elements: false }, false);
             "short-request-reads-old-buffer" "Missing bytes are taken from the previous request."
                 => |d| {
                     d.checks.check(|check, right| right || matches!(check, EncoderCheck::SurplusOctets(_)));

@@ -74,7 +74,7 @@ impl ConnectField {
             2 4 1 "expected_version" "BlockVersionHigh of the ExpectedSubmoduleBlockReqs.",
             7 14 4 "expected_module" "ModuleIdentNumber.",
             8 18 2 "module_properties" "ModuleProperties.",
-            12 28 2 "submodule_properties" "SubmoduleProperties.",
+            12 28 1 "submodule_properties" "SubmoduleProperties, their reserved high byte.",
             13 30 2 "data_description" "DataDescription.",
             15 35 1 "length_iops" "LengthIOPS.",
             16 34 1 "length_iocs" "LengthIOCS.",
