@@ -229,6 +229,16 @@ impl<'a> TrialWorld<'a> {
         }
     }
 
+    /// Marks a frame of the harness since frame `before` as wrong on purpose, even if its damage hides who sent it.
+    pub fn mark_damaged(&mut self, before: usize, octets: &[u8]) {
+        for number in before + 1..=self.trace.len() {
+            if self.trace.get(number).is_some_and(|frame| frame.octets == octets) {
+                self.trace.comment(number, BROKEN);
+                self.unreadable.retain(|(_, at)| *at != number as u64);
+            }
+        }
+    }
+
     /// Whether the sender of a frame is one of the harness's stations.
     pub fn is_own_frame(&self, frame: &[u8]) -> bool {
         self.addresses.iter().any(|&own| sender(frame, own) == Some(own))

@@ -6,6 +6,7 @@ use super::dialect::Service as Refuser;
 use super::error::{Mistake, Read};
 use super::frame::{StepScope, is_none, octets};
 use super::request_keys::{LOCKS, slave_request};
+use super::source::ANY_SLAVE;
 use super::yaml::Node;
 use controllers::profibus_dp::DamagedDpFrame;
 use expression::Type;
@@ -14,6 +15,7 @@ use suite::model::{AcyclicService, DpService, StartDeviation};
 use wire::profibus::call::FunctionIndex;
 use wire::profibus::fdl::BaudRate;
 use wire::profibus::global_control::GlobalCommand;
+use wire::profibus::sap::{MasterSap, SlaveSap};
 
 /// The bits of `global_control`.
 const COMMANDS: [(&str, GlobalCommand); 5] = [
@@ -48,8 +50,9 @@ impl StepScope<'_, '_> {
             "slave_diag" => DpService::SlaveDiag,
             "get_cfg" => DpService::GetCfg,
             "set_prm" => DpService::SetPrm(octets(field("bytes")?)?),
-            "chk_cfg" => DpService::ChkCfg(octets(field("bytes")?)?),
-            "data_exchange" => DpService::DataExchange(octets(field("bytes")?)?),
+            "chk_cfg" => DpService::ChkCfg(fields.get("bytes").map(octets).transpose()?),
+            "data_exchange" => DpService::DataExchange(fields.get("bytes").map(octets).transpose()?),
+            "access_point" => self.access_point(fields, field("sap")?)?,
             "read_inputs" => DpService::ReadInputs,
             "read_outputs" => DpService::ReadOutputs,
             "ds_read" => DpService::Read {
@@ -103,6 +106,19 @@ impl StepScope<'_, '_> {
             }
         };
         Ok((AcyclicService::Dp(service), RequestKind::Whole(Refuser::Dp)))
+    }
+
+    /// A request to any access point but that of Set_Slave_Address, which needs consent.
+    fn access_point(&self, fields: &Node, point: &Node) -> Read<DpService> {
+        let sap: u8 = self.number(point, "an access point")?;
+        if SlaveSap(sap) == SlaveSap::SET_SLAVE_ADDRESS {
+            return Err(point.wrong("this is the access point of Set_Slave_Address").help("use `set_slave_address`"));
+        }
+        Ok(DpService::AccessPoint {
+            sap,
+            source: fields.get("source").map_or(Ok(MasterSap::MS0.0), |node| self.number(node, "an access point"))?,
+            bytes: fields.get("bytes").map_or(Ok(Vec::new()), octets)?,
+        })
     }
 
     /// Initiate with its fields; what is not said is a master that reads and writes records of API 0.
@@ -169,7 +185,11 @@ impl StepScope<'_, '_> {
             "set_prm" => StartDeviation::SetPrm(octets(value)?),
             "user_octets" => StartDeviation::UserOctets(octets(value)?),
             "dpv1" => match <[u8; 3]>::try_from(octets(value)?) {
-                Ok(three) if self.names.device().profibus().is_some_and(|slave| slave.set_prm.dpv1.is_some()) => {
+                // A case for a feature of DP-V1 is not applicable to a slave without it, but loads.
+                Ok(three)
+                    if self.names.device().name == ANY_SLAVE
+                        || self.names.device().profibus().is_some_and(|slave| slave.set_prm.dpv1.is_some()) =>
+                {
                     StartDeviation::Dpv1(three)
                 }
                 Ok(_) => {

@@ -17,6 +17,9 @@ use suite::device::DeviceTiming;
 /// The folder of the suite for any PROFINET IO device, whose `device.yaml` a description of a live device replaces.
 pub const ANY_DEVICE: &str = "profinet-io";
 
+/// The folder of the suite for any DP slave, whose `device.yaml` a description of a live slave replaces.
+pub const ANY_SLAVE: &str = "dp-slave";
+
 /// The list of a manual's requirements: this file, or several whose names begin so.
 pub(super) const REQUIREMENTS: &str = "requirements";
 /// The list of the deliberate bugs: this file, or several whose names begin so.
@@ -227,8 +230,15 @@ impl Sources {
     /// `given` and `mirrored`, the submodule `mirror`, the records `im0` and `im1`, the constant `vendor`, and the faults
     /// `passing` and `standing`; what the device does not have is left out by the bench file.
     #[must_use]
-    pub fn with_description(mut self, file: &Path, text: impl Into<String>) -> Sources {
-        let path = format!("{ANY_DEVICE}/device.yaml");
+    pub fn with_description(self, file: &Path, text: impl Into<String>) -> Sources {
+        self.described(ANY_DEVICE, file, text)
+    }
+
+    /// The same suites for the device that `text` describes, the text of `file`: it replaces the `device.yaml` of the folder
+    /// `any`, which is [`ANY_DEVICE`] or [`ANY_SLAVE`].
+    #[must_use]
+    pub fn described(mut self, any: &str, file: &Path, text: impl Into<String>) -> Sources {
+        let path = format!("{any}/device.yaml");
         self.elsewhere.insert(path.clone(), file.to_owned());
         self.is_described = true;
         self.with(&path, text)

@@ -12,6 +12,7 @@ use expression::{HistoryState, Program, Value};
 use judge::answer::{NegativeResponse, ReceivedReply};
 use results::outcome::{FailureCause, JudgedPart};
 use results::verdict::Verdict;
+use suite::device::DeviceModule;
 use suite::model::{AnswerMatcher, AnswerPart, DpService};
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::call::FunctionIndex;
@@ -91,6 +92,7 @@ impl<'a> RunningTrial<'a> {
         self.may_end |= matches!(
             service,
             DpService::SetPrm(_)
+                | DpService::AccessPoint { .. }
                 | DpService::ChkCfg(_)
                 | DpService::DataExchange(_)
                 | DpService::SetSlaveAddress { .. }
@@ -178,8 +180,17 @@ impl<'a> RunningTrial<'a> {
             DpService::SlaveDiag => MasterRequest::Diagnosis { to },
             DpService::GetCfg => MasterRequest::Configuration { to },
             DpService::SetPrm(octets) => MasterRequest::SetPrm { to, octets: octets.clone() },
-            DpService::ChkCfg(octets) => MasterRequest::CheckConfiguration { to, octets: octets.clone() },
-            DpService::DataExchange(octets) => MasterRequest::DataExchange { to, octets: octets.clone() },
+            DpService::ChkCfg(octets) => {
+                let own = || self.module_in_use().map_or_else(Vec::new, |module| module.cfg().to_vec());
+                MasterRequest::CheckConfiguration { to, octets: octets.clone().unwrap_or_else(own) }
+            }
+            DpService::DataExchange(octets) => {
+                let octets = octets.clone().unwrap_or_else(|| vec![0; self.output_octets()]);
+                MasterRequest::DataExchange { to, octets }
+            }
+            DpService::AccessPoint { sap, source, bytes } => {
+                MasterRequest::Service { to, dsap: Some(*sap), ssap: Some(*source), octets: bytes.clone() }
+            }
             DpService::ReadInputs => MasterRequest::ReadInputs { to },
             DpService::ReadOutputs => MasterRequest::ReadOutputs { to },
             DpService::Read { slot, index, length } => {
@@ -207,6 +218,17 @@ impl<'a> RunningTrial<'a> {
             | DpService::Ms2Write { .. }
             | DpService::Ms2Abort { .. } => MasterRequest::Ms2 { to, service: ms2_service(service) },
         })
+    }
+
+    fn module_in_use(&self) -> Option<&DeviceModule> {
+        self.world.manual.device.modules.get(self.module?)
+    }
+
+    /// The number of output bytes of the module in use.
+    fn output_octets(&self) -> usize {
+        let submodules = self.module_in_use().into_iter().flat_map(|module| &module.submodules);
+        let lengths = submodules.filter_map(|&index| self.world.manual.device.submodules.get(index));
+        lengths.map(|of| usize::from(of.output_octets)).sum()
     }
 
     /// Closes the MS2 connection of a master, if one stands.
@@ -240,7 +262,7 @@ impl<'a> RunningTrial<'a> {
         let is_sent = (before + 1..=self.world.trace.len())
             .any(|number| self.world.trace.get(number).is_some_and(|frame| frame.octets == octets));
         if is_sent {
-            self.world.mark_broken(before, |frame| frame == octets);
+            self.world.mark_damaged(before, &octets);
         } else {
             self.world.expect_broken(&octets);
         }

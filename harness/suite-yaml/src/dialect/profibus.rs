@@ -83,8 +83,9 @@ pub(super) static SERVICES: &[ServiceEntry] = &[
     (&slave_diag::KEYS, "Requests the diagnosis."),
     (&get_cfg::KEYS, "Requests the configuration."),
     (&set_prm::KEYS, "Set_Prm with these bytes, all of them."),
-    (&chk_cfg::KEYS, "Chk_Cfg with these bytes."),
-    (&data_exchange::KEYS, "One Data_Exchange with these outputs."),
+    (&chk_cfg::KEYS, "Chk_Cfg with these bytes, by default the identifiers of the module in use."),
+    (&data_exchange::KEYS, "One Data_Exchange with these outputs, by default zeros."),
+    (&access_point::KEYS, "A request to any access point but that of Set_Slave_Address, from one of the master."),
     (&read_inputs::KEYS, "RD_Inp."),
     (&read_outputs::KEYS, "RD_Outp."),
     (&ds_read::KEYS, "DS_Read over MS1."),
@@ -145,13 +146,21 @@ key_set! {
 
 key_set! {
     pub(crate) chk_cfg "chk_cfg" {
-        bytes must Octets, "The data.";
+        bytes may Octets, "The data.";
     }
 }
 
 key_set! {
     pub(crate) data_exchange "data_exchange" {
-        bytes must Octets, "The data.";
+        bytes may Octets, "The data.";
+    }
+}
+
+key_set! {
+    pub(crate) access_point "access_point" {
+        sap must Whole(0, 63), "The access point of the slave.";
+        source may Whole(0, 63), "The access point of the master, 62 by default.";
+        bytes may Octets, "The data, by default none.";
     }
 }
 

@@ -184,10 +184,18 @@ pub enum DpService {
     GetCfg,
     /// Set_Prm with exactly these bytes.
     SetPrm(Vec<u8>),
-    /// Chk_Cfg with these bytes.
-    ChkCfg(Vec<u8>),
-    /// One Data_Exchange with these outputs.
-    DataExchange(Vec<u8>),
+    /// Chk_Cfg with these bytes; `None`: the identifiers of the module in use.
+    ChkCfg(Option<Vec<u8>>),
+    /// One Data_Exchange with these outputs; `None`: as many zeros as the module in use has outputs.
+    DataExchange(Option<Vec<u8>>),
+    /// A request with data and an answer to any access point.
+    AccessPoint {
+        /// The access point of the slave.
+        sap: u8,
+        /// The access point of the master.
+        source: u8,
+        bytes: Vec<u8>,
+    },
     /// RD_Inp.
     ReadInputs,
     /// RD_Outp.

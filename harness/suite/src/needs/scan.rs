@@ -469,7 +469,7 @@ impl<'a> Scan<'a> {
                 self.writes = self.writes.saturating_add(times);
             }
             AcyclicService::Dp(DpService::DataExchange(octets)) => {
-                self.all_outputs(octets.iter().all(|octet| *octet == 0), times);
+                self.all_outputs(octets.iter().flatten().all(|octet| *octet == 0), times);
             }
             AcyclicService::Dp(DpService::Write { index, bytes, .. } | DpService::Ms2Write { index, bytes, .. })
                 if u16::from(*index) == self.manual.device.parameter_access.index =>
