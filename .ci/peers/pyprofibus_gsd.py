@@ -19,11 +19,17 @@ import common
 FILES = {
     "sick-a3m60-profibus": {"encspec-a3m60.gsd": "a3m60"},
     "datalogic-amt58-profibus": {"encspec-amt58-hs5818.gsd": "hs5818", "encspec-amt58-hm5816-16384.gsd": "hm5816-16384"},
+    "dp-slave": {"encspec-plain.gsd": "plain"},
 }
+# The features of the plain slave, all with one module of its GSD.
+FEATURES = ["freeze_mode", "sync_mode", "fail_safe", "plain_diagnosis", "address_service", "watchdog_1ms", "ms1", "ms2",
+            "identification", "im_class_2"]
 # How the modules are called in a GSD.
 MODULES = {
     "sick-a3m60-profibus": {"IO_04": "Tel.IO 04", "IO_08": "Tel.IO 08", "telegram_81": "Tel.81", "telegram_83": "Tel.83"},
     "datalogic-amt58-profibus": {"class_1": "Class 1", "class_2": "Class 2", "class_2_vel": "Class 2(+VEL)"},
+    "dp-slave": {"data": "Mirror and counter", "mirror": "Mirror and counter", "short": "Mirror",
+                 **dict.fromkeys(FEATURES, "Mirror and counter")},
 }
 
 
@@ -78,8 +84,10 @@ def judge(suites, manual, file, variant):
     names = MODULES[manual]
     common.check(f"{file}: modules of device.yaml", list(device["modules"]), list(names))
     gsd = GsdInterp.fromFile(str(suites / manual / file))
-    common.check(f"{file}: ident number", gsd.getIdentNumber(), device["identity"]["ident"])
-    common.check(f"{file}: names of the modules", [module.name for module in gsd.getField("Module")], list(names.values()))
+    ident = device["identity"]["ident"]
+    common.check(f"{file}: ident number", gsd.getIdentNumber(), ident if isinstance(ident, int) else ident["value"])
+    described = list(dict.fromkeys(names.values()))
+    common.check(f"{file}: names of the modules", [module.name for module in gsd.getField("Module")], described)
     common.check(f"{file}: it has one module of several", (gsd.isModular(), gsd.getField("Max_Module")), (True, 1))
     common.check(f"{file}: bytes of diagnosis", gsd.getField("Max_Diag_Data_Len"), max(device["diagnosis"]["octets"]))
     for name, module in device["modules"].items():

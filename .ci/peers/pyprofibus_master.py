@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""pyprofibus, a PROFIBUS DP-V0 master, at the served slaves of both manuals.
+"""pyprofibus, a PROFIBUS DP-V0 master, at the served slaves of both manuals and at the plain slave.
 
     python pyprofibus_master.py CONTROL TTY SESSION
 
@@ -208,7 +208,24 @@ def a3m60(tty):
     master.end()
 
 
-SESSIONS = {"amt58-preset": amt58_preset, "amt58-diagnosis": amt58_diagnosis, "a3m60": a3m60}
+def plain(tty):
+    """The slave that sends back what it gets, and reports a short circuit in blocks of all three kinds (EN 50170, Slave_Diag)."""
+    master = Master(tty, SUITES / "dp-slave" / "encspec-plain.gsd", "Mirror", (4, 4))
+    power_on(master, 0xFEED)
+    for outputs in ("01 02 03 04", "ff ff ff ff", "00 00 00 00"):
+        common.check(f"{outputs} comes back", master.settle(bytes.fromhex(outputs), outputs), outputs)
+    common.check("diagnosis without a fault", master.diagnose(bytes(4)), "00 0c 00 02 fe ed")
+    before = master.phy.diagnoses
+    common.check("a short circuit", common.stand("fault passing present"), "ok")
+    end = time.monotonic() + 10
+    while master.phy.diagnoses == before and time.monotonic() < end:
+        master.cycle(bytes(4))
+    common.check("a high-priority answer has pyprofibus read the diagnosis", master.phy.diagnoses > before, True)
+    common.check("status, module and channel", bytes(master.phy.diagnosis.du)[6:].hex(" "), "05 81 00 00 01 42 01 80 c0 81")
+    master.end()
+
+
+SESSIONS = {"plain": plain, "amt58-preset": amt58_preset, "amt58-diagnosis": amt58_diagnosis, "a3m60": a3m60}
 
 
 def main():

@@ -2,7 +2,7 @@
 
 use encoder_profile::facts::{LateRecordEffect, ManualFacts, MissingRecordEffect, SubmoduleFacts};
 use encoder_profile::profidrive::telegram::{InputSignal, OutputWord};
-use reference_devices::{DeviceManual, ManualBus};
+use reference_devices::{DeviceManual, ManualBus, manuals};
 
 /// A property of the devices of a manual.
 #[derive(Clone, Copy, Debug)]
@@ -13,7 +13,7 @@ pub enum Need {
     Profibus,
     /// A second port on PROFINET.
     SecondPort,
-    /// A measuring task: every device except the generic PROFINET IO device, which follows no manual.
+    /// A measuring task: every device except the generic ones, which follow no manual.
     Encoder,
     /// The encoder object of the encoder profile, on PROFINET or PROFIBUS.
     EncoderProfile,
@@ -62,7 +62,7 @@ impl Need {
             Need::SecondPort => {
                 Need::Profinet.is_met_by(manual) && manual.facts.is_some_and(|facts| facts.identity.ports > 1)
             }
-            Need::Encoder => manual.facts.is_some() || matches!(manual.bus, ManualBus::Profibus(_)),
+            Need::Encoder => manual.facts.is_some() || Need::Of(&manuals::DATALOGIC_AMT58).is_met_by(manual),
             Need::EncoderProfile => manual.facts.is_some(),
             Need::OnlyIm0 => manual.facts.is_some_and(|facts| facts.identity.im_supported == 0),
             Need::Parameter(number) => manual.facts.is_some_and(|facts| facts.parameters.contains(&number)),

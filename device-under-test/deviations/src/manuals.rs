@@ -12,6 +12,7 @@ static SUBJECTS: &[Subject] = &[
     Subject { manual: &manuals::SICK_A3M60 },
     Subject { manual: &manuals::DATALOGIC_AMT58 },
     Subject { manual: &manuals::PROFINET_IO },
+    Subject { manual: &manuals::DP_SLAVE },
 ];
 
 /// Returns every manual that has a reference device.

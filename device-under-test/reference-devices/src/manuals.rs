@@ -3,7 +3,9 @@
 //! The contents of a manual are in its model. Here each model gets its stack and its part of the deviations.
 
 use crate::manual::{DeviceManual, ManualBus, Profibus, Profinet, encoder};
-use crate::models::{datalogic_amt58, generic_io, kuebler_sendix58xx, lika_xac77, sick_a3m60, sick_afx60};
+use crate::models::{
+    datalogic_amt58, generic_io, generic_slave, kuebler_sendix58xx, lika_xac77, sick_a3m60, sick_afx60,
+};
 use alloc::boxed::Box;
 use device_stack::profinet::StationData;
 use device_stack::{profibus, profinet};
@@ -11,7 +13,7 @@ use wire::ethernet::Mac;
 
 /// Every manual that has a reference device.
 pub static MANUALS: &[&DeviceManual] =
-    &[&LIKA_XAC77, &KUEBLER_SENDIX58XX, &SICK_AFX60, &SICK_A3M60, &DATALOGIC_AMT58, &PROFINET_IO];
+    &[&LIKA_XAC77, &KUEBLER_SENDIX58XX, &SICK_AFX60, &SICK_A3M60, &DATALOGIC_AMT58, &PROFINET_IO, &DP_SLAVE];
 
 /// Lika XAC77.
 pub static LIKA_XAC77: DeviceManual = DeviceManual {
@@ -112,6 +114,24 @@ pub static PROFINET_IO: DeviceManual = DeviceManual {
                 .variants
                 .contains(&variant)
                 .then(|| Box::new(profinet::IoDevice::new(device, mac, deviations.stack.clone())) as _)
+        },
+    }),
+};
+
+/// A generic DP slave, which follows no manual.
+pub static DP_SLAVE: DeviceManual = DeviceManual {
+    name: "dp-slave",
+    title: "Any DP slave",
+    variants: &["plain"],
+    facts: None,
+    bus: ManualBus::Profibus(Profibus {
+        factory_address: generic_slave::ADDRESS,
+        build: |variant, deviations, _, line| {
+            let slave = generic_slave::GenericSlave::new(line.address);
+            DP_SLAVE
+                .variants
+                .contains(&variant)
+                .then(|| Box::new(profibus::DpDevice::new(slave, line.baud, deviations.slave.clone())) as _)
         },
     }),
 };

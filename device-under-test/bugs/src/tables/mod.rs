@@ -28,6 +28,8 @@ pub mod diagnosis;
 mod diagnosis_state;
 pub mod dp_diagnosis;
 pub mod dp_presets;
+pub mod dp_slave;
+pub mod dp_slave_state;
 pub mod dp_station;
 pub mod handshakes;
 pub mod isochronous;
@@ -71,6 +73,7 @@ pub static GROUPS: &[&[Group]] = &[
     diagnosis::GROUPS,
     dp_diagnosis::GROUPS,
     dp_presets::GROUPS,
+    dp_slave::GROUPS,
     dp_station::GROUPS,
     handshakes::GROUPS,
     isochronous::GROUPS,

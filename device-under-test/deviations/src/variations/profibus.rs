@@ -113,9 +113,6 @@ pub static GROUPS: &[Group] = &[
             "fail-safe-without-its-bit" "A Data_Exchange without data clears the outputs, whatever Set_Prm says of Fail_Safe."
                 "Fail_Safe of the GSD: in Clear the slave takes telegrams without data; the bit of Set_Prm came with DP-V1"
                 => |d| d.slave.set_prm(|prm| if let Some(first) = prm.user.first_mut() { *first |= Dpv1Status1::FAIL_SAFE.0 });
-            "without-fail-safe" "A Data_Exchange without data has the wrong length, whatever Set_Prm says of Fail_Safe."
-                "Fail_Safe of the GSD may be 0: the manuals print no GSD"
-                => |d| d.slave.set_prm(|prm| if let Some(first) = prm.user.first_mut() { *first &= !Dpv1Status1::FAIL_SAFE.0 });
             "diagnosis-announced-at-start" "The first answers in data exchange have high priority (FC 0Ah), until the diagnosis is read."
                 "IEC 61158-6-3, Data_Exchange: DH while there is a diagnosis that the master has not read; when it is new, is the slave's choice"
                 => |d| d.slave.add(AnnouncedDiagnosis::once());
@@ -133,13 +130,28 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.slave.check(|check, right| right && check != SlaveStackCheck::ReadServices);
         },
     },
-    // The A3M60 has these modes, and announces each change of its diagnosis.
+    // The GSD of the generic slave says what it has.
     Group {
-        needs: &[Need::Of(&manuals::DATALOGIC_AMT58)],
+        needs: &[Need::Profibus, Need::Encoder],
+        deviations: permitted! {
+            "without-fail-safe" "A Data_Exchange without data has the wrong length, whatever Set_Prm says of Fail_Safe."
+                "Fail_Safe of the GSD may be 0: the manuals print no GSD"
+                => |d| d.slave.set_prm(|prm| if let Some(first) = prm.user.first_mut() { *first &= !Dpv1Status1::FAIL_SAFE.0 });
+        },
+    },
+    // The A3M60 announces each change of its diagnosis.
+    Group {
+        needs: &[Need::OfEither(&manuals::DATALOGIC_AMT58, &manuals::DP_SLAVE)],
         deviations: permitted! {
             "diagnosis-announced-again" "After every 100 answers in data exchange the slave announces its diagnosis (FC 0Ah), although it is the same."
                 "IEC 61158-6-3, Data_Exchange: DH while there is a diagnosis that the master has not read; when it is new, is the slave's choice"
                 => |d| d.slave.add(AnnouncedDiagnosis::every(100));
+        },
+    },
+    // The others have these modes.
+    Group {
+        needs: &[Need::Of(&manuals::DATALOGIC_AMT58)],
+        deviations: permitted! {
             "without-sync-and-freeze" "The slave has neither Sync nor Freeze, and reports Not_Supported when Set_Prm requests one of them."
                 "Freeze_Mode_supp and Sync_Mode_supp of the GSD may be 0; the manual prints no GSD"
                 => |d| d.slave.check(|check, right| right && check != SlaveStackCheck::Modes);
@@ -151,6 +163,11 @@ pub static GROUPS: &[Group] = &[
             "diagnosis-in-portions" "A diagnosis with several blocks is sent in turns, a block in each response, with Ext_Diag_Overflow."
                 "IEC 61158-6-3, Ext_Diag_Overflow: more diagnoses than fit; section 5.4.1 prints no highest length (Max_Diag_Data_Len of the GSD)"
                 => |d| d.slave.diagnosis(diagnosis_in_portions(3));
+        },
+    },
+    Group {
+        needs: &[Need::OfEither(&manuals::SICK_A3M60, &manuals::DP_SLAVE)],
+        deviations: permitted! {
             "records-at-once" "The response to a record is available for the first poll."
                 "IEC 61158-6-3, MS1 and MS2: the master polls until the response is available; no time is given"
                 => |d| d.slave.record_time(|_| Duration::ZERO);

@@ -41,6 +41,9 @@ pub enum SlaveStackCheck {
     NewAddress(u8),
     /// The master has enabled DP-V1 and may access records.
     Dpv1,
+    /// A class 1 master may access records: the slave exchanges data with it. The other master with which the slave exchanges data, if
+    /// it does.
+    Class1(Option<u8>),
     /// The slave has the modes that Set_Prm requests: Freeze and Sync, as its GSD says.
     Modes,
     /// Another master may read inputs and outputs: RD_Inp and RD_Outp are services of the slave.

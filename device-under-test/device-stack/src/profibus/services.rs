@@ -1,5 +1,6 @@
 //! Dispatches frames to services by function code and service access points (IEC 61158-4-3 and 61158-6-3).
 
+use super::application::DpState;
 use super::hooks::SlaveStackCheck;
 use super::link::ServiceAnswer;
 use super::records::{Ms2Request, RECORD_TIME};
@@ -87,7 +88,9 @@ impl PoweredSlave {
             (SlaveSap::SET_SLAVE_ADDRESS, Some(MasterSap::MS0)) => self.set_slave_address(env, data),
             (access_point @ (SlaveSap::SERVER | SlaveSap::ALARM), Some(MasterSap::MS1)) => {
                 let is_on = self.check(env, SlaveStackCheck::Dpv1, self.has_dpv1);
-                if !self.identity.ms1 || !is_on || !self.is_exchanging_with(sa) {
+                let other = self.master.filter(|master| *master != sa && self.state == DpState::DataExchange);
+                let is_own = self.check(env, SlaveStackCheck::Class1(other), self.is_exchanging_with(sa));
+                if !self.identity.ms1 || !is_on || !is_own {
                     return ServiceAnswer::NO_SERVICE;
                 }
                 let takes = self.record_time();

@@ -48,6 +48,12 @@ const NOT_OURS: &[(&str, &str, &str)] = &[
     ("suites/sick-a3m60-profibus/isochronous.yaml", "1500 cycles", "signs of life count in cycles"),
     ("suites/sick-a3m60-profibus/parking.yaml", "100 cycles", "the sign of life of the device counts in cycles"),
     ("suites/sick-a3m60-profibus/signals.yaml", "100 cycles", "the sign of life of the device counts in cycles"),
+    ("suites/dp-slave/diagnosis.yaml", "100ms", "the watchdog that the case sets"),
+    ("suites/dp-slave/parameters.yaml", "50ms", "a quarter of the watchdog that the case sets"),
+    ("suites/dp-slave/parameters.yaml", "100ms", "the watchdog that the case sets, or a third of it"),
+    ("suites/dp-slave/parameters.yaml", "300ms", "the watchdog that the case sets, or half of it"),
+    ("suites/dp-slave/parameters.yaml", "400ms", "two thirds of the watchdog that the case sets"),
+    ("suites/dp-slave/records.yaml", "1s", "more than twice the time-out that the case sets"),
     ("suites/sick-afx60-profinet/velocity.yaml", "200ms", "the window of the mean that the case sets"),
     ("suites/sick-afx60-profinet/velocity.yaml", "400ms", "the window of the mean that the case sets"),
 ];

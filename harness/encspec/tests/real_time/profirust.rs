@@ -1,4 +1,4 @@
-//! Interoperability with profirust, a third-party DP master, and the slaves of both PROFIBUS manuals over a pseudoterminal.
+//! Interoperability with profirust, a third-party DP master, and the slaves of the PROFIBUS manuals over a pseudoterminal.
 //!
 //! profirust claims the token, polls for other masters and sends Global_Control, which a slave must tolerate. The expected values come
 //! from the manuals; slaves with a bug must not give them. A pseudoterminal has no bit times and a busy host is slow, so the slot time
@@ -46,6 +46,7 @@ pub fn trials() -> Vec<Trial> {
         the_amt58_scales_2048_steps_in_each_of_1024_turns,
         the_amt58_refuses_a_wrong_configuration,
         the_a3m60_takes_a_preset_at_an_edge_of_bit_31,
+        the_plain_slave_sends_back_what_it_gets,
         a_scaling_in_the_wrong_byte_order_is_detected,
         an_unchecked_configuration_is_detected,
     ];
@@ -66,6 +67,12 @@ pub fn trials() -> Vec<Trial> {
         value(&["preset-with-bit-31"]),
         ready(&["ready-before-parameters"]),
         master(&["own-address-as-master"]),
+    ]);
+    trials.extend(table![a_bug_of_the_plain_slave_is_detected:
+        bytes(&["output-bytes-exchanged"]),
+        length(&["inputs-of-the-first-configuration"]),
+        fault(&["cfg-fault-always-set"]),
+        ident(&["ident-swapped-in-exchange"]),
     ]);
     trials
 }
@@ -379,4 +386,28 @@ fn an_unchecked_configuration_is_detected() {
 
 fn a_bug_in_the_preset_of_the_a3m60_is_detected(bugs: &'static [&'static str]) {
     assert_ne!(run_without_stall(TOLERATED_STALL, || preset_of_the_a3m60(bugs)), Ok(expected_preset_of_the_a3m60()));
+}
+
+/// The plain slave with its mirror alone: the start-up, and the inputs of each cycle.
+fn mirror_of_the_plain_slave(bugs: &'static [&'static str]) -> ExchangeResult<([DiagnosisSummary; 2], Vec<u32>)> {
+    let options = PeripheralOptions {
+        ident_number: 0xFEED,
+        max_tsdr: 100,
+        user_parameters: Some(&[0, 0, 0, 1]),
+        config: Some(&[0xB3]),
+        ..Default::default()
+    };
+    let mut master = ProfirustMaster::new(("dp-slave", "plain"), bugs, 0, options);
+    Ok((master.start_up()?, master.cycles(&MIRRORED)?))
+}
+
+const MIRRORED: [u32; 3] = [0x0102_0304, 0xFFFF_FFFF, 0];
+
+fn the_plain_slave_sends_back_what_it_gets() {
+    assert_eq!(mirror_of_the_plain_slave(&[]), Ok((started(0xFEED), MIRRORED.to_vec())));
+}
+
+fn a_bug_of_the_plain_slave_is_detected(bugs: &'static [&'static str]) {
+    let observed = run_without_stall(TOLERATED_STALL, || mirror_of_the_plain_slave(bugs));
+    assert_ne!(observed, Ok((started(0xFEED), MIRRORED.to_vec())));
 }
