@@ -57,7 +57,7 @@ impl Base {
             common.extend(suite.map(|node| (name, node)));
         }
         let is_described = sources.is_described && [ANY_DEVICE, ANY_SLAVE].contains(&folder);
-        if is_described && device.get("bus").and_then(Node::scalar) == Some("profibus") {
+        if is_described && folder == ANY_DEVICE && device.get("bus").and_then(Node::scalar) == Some("profibus") {
             let mistake = device.key("bus").wrong("without a manual only devices on PROFINET are tested");
             mistakes.note(mistake.help("write a suite for the slave from its GSD: `encspec suite init --gsd FILE`"));
             return None;

@@ -6,12 +6,14 @@
 //! Source: PROFIBUS Guideline 2.122, "Specification for PROFIBUS Device Description and Device Integration, Volume 1: GSD".
 
 mod compare;
+mod describe;
 mod model;
 mod overlay;
 mod read;
 mod show;
 
 pub use compare::compare;
+pub use describe::{DescribeError, DescribedSlave, describe};
 pub use model::{FieldType, Gsd, GsdField, GsdModule, GsdParameters};
 pub use overlay::overlay;
 pub use read::{GsdError, read, read_octets};

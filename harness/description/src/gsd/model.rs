@@ -31,6 +31,10 @@ pub struct Gsd {
     pub fail_safe: bool,
     /// `DPV1_Slave`.
     pub dpv1: bool,
+    /// `WD_Base_1ms_supp`.
+    pub watchdog_1ms: bool,
+    /// `Ident_Maintenance_supp`.
+    pub identification: bool,
     /// `Isochron_Mode_supp`.
     pub isochronous: bool,
     /// `Max_Diag_Data_Len` in bytes, if given.

@@ -174,6 +174,8 @@ impl GsdReader {
             "set_slave_add_supp" => self.gsd.set_slave_address = flag()?,
             "fail_safe" => self.gsd.fail_safe = flag()?,
             "dpv1_slave" => self.gsd.dpv1 = flag()?,
+            "wd_base_1ms_supp" => self.gsd.watchdog_1ms = flag()?,
+            "ident_maintenance_supp" => self.gsd.identification = flag()?,
             "isochron_mode_supp" => self.gsd.isochronous = flag()?,
             "max_diag_data_len" => self.gsd.max_diagnosis = Some(line.size(value)?),
             "max_input_len" => self.gsd.max_inputs = Some(line.size(value)?),

@@ -2,7 +2,7 @@
 
 use super::{CommandError, Suites, print_message};
 use ::live::device::{ComparedDevice, DeviceOnBench};
-use description::gsd;
+use description::gsd::{self, DescribedSlave};
 use description::gsdml::{self, Gsdml};
 use description::variant::{profibus_readings, profinet_readings};
 use engine::{DpLine, DutKind, DutSpec, LiveDevice, SharedLiveDevice};
@@ -13,7 +13,7 @@ use live::lock::Lock;
 use live::preflight::{self, PreflightPurpose};
 use live::profibus;
 use live::stand::LiveStand;
-use results::bench_file::{self, ANY_DEVICE, BenchFile, DeviceClaim, LinkSpec};
+use results::bench_file::{self, ANY_DEVICE, ANY_SLAVE, BenchFile, DeviceClaim, LinkSpec};
 use results::outcome::DescriptionKind;
 use std::path::Path;
 use std::sync::Arc;
@@ -38,11 +38,35 @@ impl LiveTarget {
         match self {
             LiveTarget::Link(link, claim) => Ok(BenchFile::bare(link.clone(), claim.clone())),
             LiveTarget::File(path) => {
-                let bench = bench_file::read_alone(path)?;
-                if bench.claim.manual == ANY_DEVICE { Ok(bench) } else { Ok(bench_file::read(path, manuals)?) }
+                let mut bench = bench_file::read_alone(path)?;
+                if ![ANY_DEVICE, ANY_SLAVE].contains(&bench.claim.manual.as_str()) {
+                    return Ok(bench_file::read(path, manuals)?);
+                }
+                if let Some((_, slave)) = described_by_gsd(&bench)? {
+                    let claimed = || slave.claimed.iter().map(|name| (*name).to_owned()).collect();
+                    bench.telegrams.get_or_insert_with(claimed);
+                }
+                Ok(bench)
             }
         }
     }
+}
+
+/// What the GSD of a bench says of a slave that has neither a manual nor a description.
+fn described_by_gsd(bench: &BenchFile) -> Result<Option<(&Path, DescribedSlave)>, CommandError> {
+    let gsd = bench.description_of(DescriptionKind::Gsd);
+    // `device: dp-slave/plain` is the plain device itself.
+    let is_unknown = bench.claim.manual == ANY_SLAVE && bench.claim.variant.is_empty();
+    let Some(path) = gsd.filter(|_| is_unknown && bench.description.is_none()) else {
+        return Ok(None);
+    };
+    let described = gsd::describe(&super::gsd::open(path)?, bench.gsd_module.as_deref()).map_err(|error| {
+        CommandError::usage(format!(
+            "{}: {error}; or describe the slave in a file, and name it under `description`",
+            path.display()
+        ))
+    })?;
+    Ok(Some((path, described)))
 }
 
 /// Locks the device of a bench. Waits at most `patience` for another process that holds the lock.
@@ -213,7 +237,9 @@ pub(super) fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, Comma
         let text = std::fs::read_to_string(path).map_err(|error| {
             CommandError::usage(format!("the description {} cannot be read: {error}", path.display()))
         })?;
-        sources = sources.with_description(path, text);
+        sources = sources.described(&bench.claim.manual, path, text);
+    } else if let Some((path, slave)) = described_by_gsd(bench)? {
+        sources = sources.described(ANY_SLAVE, path, slave.text);
     }
     let mut manuals = load(&sources, Some(&bench.claim.manual))?;
     manuals.pop().ok_or_else(|| CommandError::usage(format!("there is no suite for {}", bench.claim.manual)))

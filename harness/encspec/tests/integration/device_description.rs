@@ -1,6 +1,7 @@
 //! A description of a live device replaces `device.yaml` of the suite for any PROFINET IO device.
 
-use encspec::suite_yaml::{ANY_DEVICE, load};
+use encspec::gsd;
+use encspec::suite_yaml::{ANY_DEVICE, ANY_SLAVE, load};
 use std::path::Path;
 
 /// The descriptions in this repository, with vendor and device ID.
@@ -23,6 +24,26 @@ fn the_suite_loads_with_each_description() {
         // Interface and port stand in slot 0 beside the access point, in its module.
         let in_head = manual.device.submodules.iter().filter(|submodule| submodule.slot == 0);
         assert_eq!(in_head.map(|of| of.module_ident(0)).collect::<Vec<_>>(), [Some(1); 3], "{file}");
+    }
+}
+
+/// A slave needs no description but its GSD.
+#[test]
+fn the_suite_for_any_slave_loads_with_each_module_of_each_gsd() {
+    let plain = load(&suites::sources(), Some(ANY_SLAVE)).expect("it loads");
+    for (path, text) in suites::gsd() {
+        let read = gsd::read(text).expect("a shipped GSD is read");
+        for module in &read.modules {
+            // Two modules of a GSD may have the same identifiers, and never the same name.
+            let slave = gsd::describe(&read, Some(&module.name)).expect("each module has data");
+            let sources = suites::sources().described(ANY_SLAVE, Path::new(path), slave.text);
+            let manuals = load(&sources, Some(ANY_SLAVE)).unwrap_or_else(|errors| panic!("{path}:\n{errors}"));
+            assert_eq!(manuals[0].device.ident(), Some(read.ident), "{path}");
+            assert_eq!(manuals[0].variants[0].trials.len(), plain[0].variants[0].trials.len(), "{path}");
+            let data = manuals[0].device.modules.iter().find(|known| known.name == "data").expect("it is described");
+            assert_eq!(data.cfg(), module.cfg, "{path}");
+            assert!(slave.claimed.contains(&"address_service") == read.set_slave_address, "{path}");
+        }
     }
 }
 

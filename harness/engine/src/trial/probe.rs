@@ -6,7 +6,7 @@
 use super::RunningTrial;
 use crate::live::{DeviceBackup, RestoreOutcome};
 use description::gsdml::AcceptedSubmodule;
-use results::bench_file::BenchFile;
+use results::bench_file::{ANY_SLAVE, BenchFile};
 use results::journal::{self, InitialDevice, InitialImRecord, change};
 use results::outcome::{DeviceFinding, FindingSeverity};
 use suite::device::{Changed, DeviceDescription, DeviceParameter};
@@ -68,6 +68,10 @@ impl RunningTrial<'_> {
             let unknown = description::gsdml::needs_description(device, &start).is_some();
             // Without claims one connection is enough.
             if unknown || (bench.telegrams.is_none() && connected) {
+                continue;
+            }
+            // The modules of a slave without a manual stand for features, which no connection shows.
+            if device.name == ANY_SLAVE && connected {
                 continue;
             }
             let Ok(Some(accepted)) = self.driver.connects_with(self, &start) else { continue };

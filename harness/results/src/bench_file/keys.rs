@@ -58,6 +58,7 @@ key_set! {
         tolerance may Map(&Quantity), "Tolerances of ours that are others on this bench, by the names of `tolerance` of device.yaml.";
         gsdml may Text, "The vendor's GSDML, a file (PROFINET).";
         gsd may Text, "The vendor's GSD, a file (PROFIBUS).";
+        gsd_module may Text, "With `device: none`: the module of the GSD that the slave has, by its name there (PROFIBUS).";
         start_parameters may Map(&FilledText), "Start parameters of device.yaml, each with its name in the GSDML or GSD, where the names or values leave a doubt.";
         telegrams may NonEmpty(&Text), "The modules that the device supports, by their names in device.yaml; all by default.";
         lacks may NonEmpty(&Text), "Records and parameters of device.yaml that the device does not have.";

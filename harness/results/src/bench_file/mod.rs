@@ -44,12 +44,15 @@ use suite_yaml::LoadErrors;
 pub use line::{Driver, LineSpec};
 pub use read::is_station_name;
 
-/// The manual for devices without a manual; the bench file has `device: none` and a description.
+/// The manual for PROFINET devices without a manual; the bench file has `device: none` and a description.
 pub const ANY_DEVICE: &str = "profinet-io";
+
+/// The manual for PROFIBUS devices without a manual; the bench file has `device: none` and a GSD or a description.
+pub const ANY_SLAVE: &str = "dp-slave";
 
 /// Reads a bench file and checks it against the manual that it names; returns all errors at once.
 ///
-/// For `device: none` the manual is [`ANY_DEVICE`], loaded with the description that [`read_alone`] returns.
+/// For `device: none` the manual is [`ANY_DEVICE`] or [`ANY_SLAVE`], loaded with the description that [`read_alone`] returns.
 pub fn read(path: &Path, manuals: &[Manual]) -> Result<BenchFile, LoadErrors> {
     read::file(path, Some(manuals))
 }
@@ -166,6 +169,8 @@ pub struct BenchFile {
     pub descriptions: Vec<(DescriptionKind, PathBuf)>,
     /// Start parameters by their names in `device.yaml`, each with its name in the GSDML or GSD, on which a person decided.
     pub start_parameters: Vec<(String, String)>,
+    /// The name of the module in the GSD that a slave without a manual has.
+    pub gsd_module: Option<String>,
     /// The modules (telegrams) that the device supports, by their names in `device.yaml`; `None`: all.
     pub telegrams: Option<Vec<String>>,
     /// Records and parameters that the device does not have, by their names in `device.yaml`.
@@ -232,6 +237,7 @@ impl BenchFile {
             descriptions: Vec::new(),
             telegrams: None,
             start_parameters: Vec::new(),
+            gsd_module: None,
             lacks: Vec::new(),
             firmware: None,
             ledger: None,

@@ -3,7 +3,7 @@
 use super::keys::{PERMANENCES, bench, bench_consent, bench_controller, bench_page};
 use super::line::line;
 use super::stand::stand;
-use super::{ANY_DEVICE, BenchFile, BenchPage, BenchTiming, Consents, DeviceClaim, LinkSpec, StandSpec};
+use super::{ANY_DEVICE, ANY_SLAVE, BenchFile, BenchPage, BenchTiming, Consents, DeviceClaim, LinkSpec, StandSpec};
 use crate::outcome::DescriptionKind;
 use expression::Value;
 use std::fs;
@@ -63,8 +63,10 @@ fn located(mistake: Mistake, file: &Arc<PathBuf>, text: &str) -> LoadError {
 fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistakes) -> Option<BenchFile> {
     let keyed = mistakes.keep(Keyed::new(node, &bench::KEYS))?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let claimed = mistakes.keep(keyed.must(&bench::device).and_then(|node| claim(node, manuals)));
     let link = mistakes.keep(keyed.must(&bench::link).and_then(link));
+    let on_profibus = link.as_ref().is_some_and(|link| link.bus().is_profibus());
+    let any = if on_profibus { ANY_SLAVE } else { ANY_DEVICE };
+    let claimed = mistakes.keep(keyed.must(&bench::device).and_then(|node| claim(node, manuals, any)));
     let device = claimed.as_ref().and_then(|(_, manual)| manual.map(|manual| &*manual.device));
     let is_any =
         keyed.get(&bench::device).and_then(Node::scalar).is_some_and(|text| text.split('/').next() == Some("none"));
@@ -84,17 +86,20 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     let reader = BenchReader { keyed, mistakes, folder };
 
     let description = reader.path(&bench::description);
+    let has_gsd = on_profibus && keyed.key(&bench::gsd).is_some();
     match (keyed.key(&bench::description), is_any) {
         (Some(key), false) => mistakes.note(
             key.wrong("`description` is for a device without a manual").help("write `device: none`, or remove the key"),
         ),
-        (None, true) => mistakes.note(
-            keyed
-                .node
-                .key(bench::device.name)
-                .wrong("a device without a manual needs a `description`")
-                .help("name a file that describes the device with the keys of device.yaml"),
-        ),
+        (None, true) if !has_gsd => {
+            let help = if on_profibus {
+                "name its GSD under `gsd`, or a file that describes the device with the keys of device.yaml"
+            } else {
+                "name a file that describes the device with the keys of device.yaml"
+            };
+            let node = keyed.node.key(bench::device.name);
+            mistakes.note(node.wrong("a device without a manual needs a `description`").help(help));
+        }
         _ => {}
     }
     let (ip, mask, controller_ip, controller_mac) = reader.addresses();
@@ -129,6 +134,7 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
         start_parameters: reader
             .value(&bench::start_parameters, |node| start_parameters(node, device))
             .unwrap_or_default(),
+        gsd_module: reader.value(&bench::gsd_module, |node| node.text("the name of a module").map(str::to_owned)),
         telegrams: reader.value(&bench::telegrams, |node| telegrams(node, device)),
         lacks: reader.value(&bench::lacks, |node| lacks(node, device)).unwrap_or_default(),
         firmware: reader.value(&bench::firmware, firmware),
@@ -249,10 +255,12 @@ fn our_span(
 }
 
 /// The claim, and the manual if manuals are loaded.
-fn claim<'m>(node: &Node, manuals: Option<&'m [Manual]>) -> Read<(DeviceClaim, Option<&'m Manual>)> {
+///
+/// `any` is the manual for a device without one.
+fn claim<'m>(node: &Node, manuals: Option<&'m [Manual]>, any: &str) -> Read<(DeviceClaim, Option<&'m Manual>)> {
     let text = node.text("device")?;
     let (name, variant) = text.split_once('/').map_or((text, None), |(name, variant)| (name, Some(variant)));
-    let folder = if name == "none" { ANY_DEVICE } else { name };
+    let folder = if name == "none" { any } else { name };
     let Some(manuals) = manuals else {
         let claim = DeviceClaim { manual: folder.to_owned(), variant: variant.unwrap_or_default().to_owned() };
         return Ok((claim, None));
