@@ -93,10 +93,13 @@ pub fn describe(gsd: &Gsd, wanted: Option<&str>) -> Result<DescribedSlave, Descr
     for name in UNSEEN {
         let _ = writeln!(
             text,
-            "  {name}: {{ cfg: \"B3 D0\", octets: {{ out: 4, in: 6 }}, outputs: [given], inputs: [mirrored, count] }}"
+            "  {name}: {{ cfg: \"B3 D0\", octets: {{ out: 4, in: 6 }}, outputs: [given], inputs: [mirrored, count], \
+             from_source: invented }}"
         );
     }
-    text.push_str("  short: { cfg: \"B3\", octets: { out: 4, in: 4 }, outputs: [given], inputs: [mirrored] }\n");
+    text.push_str(
+        "  short: { cfg: \"B3\", octets: { out: 4, in: 4 }, outputs: [given], inputs: [mirrored], from_source: invented }\n",
+    );
     user_octets(&mut text, &gsd.default_octets(module));
     let lengths: Vec<String> = (SlaveDiag::HEAD..=longest).map(|length| length.to_string()).collect();
     let _ = writeln!(text, "diagnosis: {{ octets: [{}] }}", lengths.join(", "));
