@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 use suite::Location;
-use suite::device::{Bus, DeviceDescription, OurSpan};
+use suite::device::{DeviceDescription, OurSpan};
 use suite::model::Manual;
 use suite_yaml::LoadErrors;
 use suite_yaml::device_yaml::{OurKind, duration, fields, flag, named, our_value, path, patience, plain, whole};
@@ -70,12 +70,6 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     let device = claimed.as_ref().and_then(|(_, manual)| manual.map(|manual| &*manual.device));
     let is_any =
         keyed.get(&bench::device).and_then(Node::scalar).is_some_and(|text| text.split('/').next() == Some("none"));
-    if is_any && link.as_ref().is_some_and(|link| link.bus() == Bus::Profibus) {
-        let wrong = "a device without a manual is tested on PROFINET only";
-        let help = "write a suite for the slave from its GSD: `encspec suite init --gsd FILE`";
-        mistakes.note(keyed.node.key(bench::link.name).wrong(wrong).help(help));
-        return None;
-    }
     if let (Some(link), Some(device)) = (&link, device)
         && link.bus() != device.bus.kind()
     {
