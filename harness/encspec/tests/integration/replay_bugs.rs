@@ -274,7 +274,7 @@ const XAC77: &[(&str, &str, &str, FrameFinder)] = &[
     ("life-sign-shown-as-bus-cycle", "error-acknowledgement/error-is-latched", "XAC77-G1E-002", |rows| {
         input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && x2 == 0x0F04)
     }),
-    ("missing-synchronization-is-error", "telegrams/free-running", "XAC77-TLG-033", |rows| {
+    ("missing-synchronization-is-error", "telegrams/free-running", "XAC77-G1E-002", |rows| {
         input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && x2 == 0x0F04)
     }),
     (
