@@ -385,27 +385,15 @@ pub static GROUPS: &[Group] = &[Group {
                 (service == SapService::Slave(SlaveSap::RESOURCE_MANAGER)).then(|| vec![to_access_point(frame, UNUSED)])
             }));
         "ms2-write-lost" "What is written over MS2 is read as 0."
-            => |d| d.slave.add(Replaced::new(|_, frame, service| class_2(frame, service, |data| match data {
-                [0x5F, _, NOTE, _, rest @ ..] => rest.fill(0),
-                _ => {}
-            })));
+            => |d| d.slave.add(Replaced::new(|_, frame, service| class_2(frame, service, |data| if let [0x5F, _, NOTE, _, rest @ ..] = data { rest.fill(0) })));
         "unknown-ms2-index-answered" "A read over MS2 of an index that does not exist is answered with the note."
-            => |d| d.slave.add(Replaced::new(|_, frame, service| class_2(frame, service, |data| match data {
-                [0x5E, _, index @ UNKNOWN_INDEX, ..] => *index = NOTE,
-                _ => {}
-            })));
+            => |d| d.slave.add(Replaced::new(|_, frame, service| class_2(frame, service, |data| if let [0x5E, _, index @ UNKNOWN_INDEX, ..] = data { *index = NOTE })));
         "im-over-ms1-only" "CALL is refused over MS2."
-            => |d| d.slave.add(Replaced::new(|_, frame, service| class_2(frame, service, |data| match data {
-                [0x5E | 0x5F, _, index @ 0xFF, ..] => *index = UNKNOWN_INDEX,
-                _ => {}
-            })));
+            => |d| d.slave.add(Replaced::new(|_, frame, service| class_2(frame, service, |data| if let [0x5E | 0x5F, _, index @ 0xFF, ..] = data { *index = UNKNOWN_INDEX })));
         "ms2-without-a-limit" "A second Initiate takes over the only connection."
             => |d| d.slave.add(ConnectionTakenOver::default());
         "ms2-abort-ignored" "Abort does not free a connection."
-            => |d| d.slave.add(Replaced::new(|_, frame, service| class_2(frame, service, |data| match data {
-                [function @ 0x58, ..] => *function = 0x48,
-                _ => {}
-            })));
+            => |d| d.slave.add(Replaced::new(|_, frame, service| class_2(frame, service, |data| if let [function @ 0x58, ..] = data { *function = 0x48 })));
         "ms2-never-times-out" "A connection ends only by Abort."
             => |d| d.slave.add(ConnectionWithoutEnd::default());
         "ms2-ends-exchange" "An Initiate ends data exchange."

@@ -100,7 +100,7 @@ fn without_bugs(test: &str, called: &str) -> Folder {
         let lines =
             text.lines().filter(|line| !line.trim_start().starts_with("catches:")).map(|line| format!("{line}\n"));
         if name != "bugs.yaml" {
-            folder.write(&format!("{called}/{name}"), &lines.collect::<String>());
+            folder.write(&format!("{called}/{name}"), lines.collect::<String>());
         }
     }
     folder
@@ -212,7 +212,7 @@ fn a_module_without_access_to_parameters_is_refused() {
     let device = fs::read_to_string(folder.join("mine/device.yaml")).expect("a device");
     let without = |line: &str| {
         assert!(device.contains(line), "{line}");
-        folder.write("mine/device.yaml", &device.replace(line, ""));
+        folder.write("mine/device.yaml", device.replace(line, ""));
         encspec(&folder, &["check", "mine"])
     };
     let said = without("parameter_access: { index: 0xB02F, at: access_point }\n");
