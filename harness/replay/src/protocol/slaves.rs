@@ -11,7 +11,7 @@ use station::Duration;
 use std::collections::BTreeMap;
 use wire::profibus::diag::{SlaveDiag, Status2};
 use wire::profibus::prm::{SetPrm, StationStatus};
-use wire::profibus::sap::SapService;
+use wire::profibus::sap::{SapService, SlaveSap};
 
 /// Upper limit of the remembered refusals.
 const MOST: usize = 4_096;
@@ -43,6 +43,8 @@ struct PolledSlave {
     watchdog: Option<Duration>,
     master: Option<u8>,
     ar: Option<ArId>,
+    /// Whether its master has sent parameters or a configuration since the data exchange began.
+    is_set_again: bool,
     /// Number of bytes of the last outputs.
     outputs: Option<usize>,
     /// How many frames had been lost or unreadable when it last answered in the data exchange.
@@ -79,7 +81,7 @@ impl PolledSlaves {
             Observation::Connected { ar: id } => {
                 if let Some(slave) = of(ars, *id).and_then(|ar| self.slave(ar)) {
                     slave.ar = Some(*id);
-                    (slave.pause, slave.outputs) = (None, None);
+                    (slave.pause, slave.outputs, slave.is_set_again) = (None, None, false);
                 }
             }
             Observation::Cyclic { ar: id, direction: FrameDirection::ToDevice, data, .. } => {
@@ -135,6 +137,7 @@ impl PolledSlaves {
                         slave.pause = Some((pause, now.frame));
                     }
                     slave.asked = Some(now);
+                    slave.is_set_again |= matches!(service, SapService::Slave(SlaveSap::SET_PRM | SlaveSap::CHK_CFG));
                 }
             }
             PollPart::Again => {
@@ -251,7 +254,10 @@ impl PolledSlaves {
         let Some(slave) = self.slave(known) else { return };
         let is_in_doubt = slave.has_lost_answer || slave.disturbed != disturbed;
         let configured = known.outputs.data_length;
-        let mut finding = match (slave.watchdog, slave.pause) {
+        // The pause that has not ended yet may be the longest.
+        let open = slave.asked.and_then(|before| now.since(before)).map(|pause| (pause, now.frame));
+        let longest = slave.pause.into_iter().chain(open).max();
+        let mut finding = match (slave.watchdog, longest) {
             _ if slave.outputs.is_some_and(|octets| octets != configured) => {
                 let text = format!(
                     "{address} left the data exchange with {master}: {why}; its master sent {} bytes of outputs instead of \
@@ -268,6 +274,12 @@ impl PolledSlaves {
                     span(watchdog)
                 );
                 DP_WATCHDOG.finding(FindingSeverity::Error, CaptureBlame::Controller, now.frame, text)
+            }
+            _ if slave.is_set_again => {
+                let text = format!(
+                    "{address} left the data exchange with {master}: {why}; its master had sent it parameters or a configuration again"
+                );
+                DP_LEFT.finding(FindingSeverity::Error, CaptureBlame::Controller, now.frame, text)
             }
             (watchdog, pause) => {
                 let watched = match (watchdog, pause) {
