@@ -5,6 +5,7 @@
 use alloc::vec::Vec;
 use wire::octets::ByteReader;
 use wire::profinet::blocks::{BlockType, RawBlock};
+use wire::profinet::rpc::Uuid;
 use wire::profinet::status::ErrorSource;
 
 /// A field of a block of the Connect request.
@@ -95,6 +96,12 @@ impl ConnectField {
     /// The field with this word.
     pub fn by_word(word: &str) -> Option<ConnectField> {
         Self::TABLE.iter().find(|field| field.word == word).copied()
+    }
+
+    /// The ARUUID if it is one of the `replaced` fields: the AR has to be released by it.
+    pub(super) fn ar_uuid(replaced: &[(ConnectField, u64)]) -> Option<Uuid> {
+        let (_, value) = replaced.iter().find(|(field, _)| field.word == "ar_uuid")?;
+        Some(Uuid(u128::from(*value).to_be_bytes()))
     }
 
     /// What finds a fault in its block: ErrorCode1 of a refusal.

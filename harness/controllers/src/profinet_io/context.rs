@@ -5,6 +5,7 @@
 use super::alarms::{self, AlarmAcknowledge, ControllerAlarms};
 use super::call::{ControllerCall, RpcCallResult};
 use super::connect::{AcceptedData, ArNames, is_improper};
+use super::connect_field::ConnectField;
 use super::connection::ArConfig;
 use super::exchange::{self, InputSample, IoExchange};
 use super::http::{Browser, PageOutcome};
@@ -143,6 +144,7 @@ impl ControllerContext {
         self.server.forget();
         let new = self.ids.uuid();
         let uuid = if connection.same_uuid { self.last_uuid.unwrap_or(new) } else { new };
+        let uuid = ConnectField::ar_uuid(&connection.replaced_fields).unwrap_or(uuid);
         self.last_uuid = Some(uuid);
         let alarm_reference = connection.alarm_reference.unwrap_or(self.sessions);
         let names = ArNames { uuid, session_key: self.sessions, alarm_reference };

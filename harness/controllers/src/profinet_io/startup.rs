@@ -243,6 +243,10 @@ impl ArStartUpJob {
                     CallRefusal::Status(status) => ConnectOutcome::Refused(*status),
                     CallRefusal::Call(error) => ConnectOutcome::Failed(error.clone()),
                 });
+                if matches!(refusal, CallRefusal::Call(CallError::Unfit(_))) {
+                    // The device may have opened the AR; nothing else would end it.
+                    send_control(context, now, AwaitedEvent::Release, out);
+                }
                 self.fail(context, refusal.into(), out)
             }
         }
