@@ -51,7 +51,7 @@ ATTEMPTS = 6
 
 def suite(command):
     """The results of a run by the ids of the cases."""
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=300)
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=900)
     if done.returncode not in (0, 1):
         who.check("the suite runs", done.stderr.strip(), "")
         who.finish()

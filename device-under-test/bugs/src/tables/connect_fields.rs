@@ -40,8 +40,6 @@ const BUGS: &[Deviation] = bugs! {
         => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::ArField(.., 4)));
     "ar-uuid-not-checked" "ARUUID of a Connect is not checked."
         => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::ArField(.., 5)));
-    "initiator-mac-not-checked" "CMInitiatorMacAdd of a Connect is not checked."
-        => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::ArField(.., 7)));
     "initiator-object-not-checked" "CMInitiatorObjectUUID of a Connect is not checked."
         => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::ArField(.., 8)));
     "ar-properties-not-checked" "ARProperties of a Connect is not checked."

@@ -49,7 +49,6 @@ impl ConnectField {
             2 4 1 "ar_version" "BlockVersionHigh of the ARBlockReq.",
             4 6 2 "ar_type" "ARType.",
             5 8 16 "ar_uuid" "ARUUID.",
-            7 26 6 "initiator_mac" "CMInitiatorMacAdd.",
             8 32 16 "initiator_object" "CMInitiatorObjectUUID.",
             9 48 4 "ar_properties" "ARProperties.",
             10 52 2 "activity_timeout" "CMInitiatorActivityTimeoutFactor, in 100 ms.",

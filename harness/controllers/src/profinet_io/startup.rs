@@ -125,7 +125,7 @@ impl ArStartUpJob {
         out: &mut Outbox,
     ) -> Option<ControllerOutcome> {
         match (&mut self.phase, event) {
-            (_, JobEvent::Ended(end)) => self.fail(context, ArFailureReason::Ended(end), out),
+            (_, JobEvent::Ended(end)) => self.fail(context, now, ArFailureReason::Ended(end), out),
             (ArStartUpPhase::Search(search), event) => {
                 match search.event(context, now, &event, &mut self.result, out) {
                     Ok(Some(partner)) => self.connect(context, now, partner, out),
@@ -171,7 +171,12 @@ impl ArStartUpJob {
             {
                 let time = now.since(*since);
                 self.result.application_ready = Some(false);
-                self.fail(context, ArFailureReason::Waited(Wait { what: AwaitedEvent::ApplicationReady, time }), out)
+                self.fail(
+                    context,
+                    now,
+                    ArFailureReason::Waited(Wait { what: AwaitedEvent::ApplicationReady, time }),
+                    out,
+                )
             }
             (ArStartUpPhase::FirstData(_), JobEvent::Sample(InputSample::Good)) => {
                 self.result.first_data = Some(true);
@@ -243,11 +248,7 @@ impl ArStartUpJob {
                     CallRefusal::Status(status) => ConnectOutcome::Refused(*status),
                     CallRefusal::Call(error) => ConnectOutcome::Failed(error.clone()),
                 });
-                if matches!(refusal, CallRefusal::Call(CallError::Unfit(_))) {
-                    // The device may have opened the AR; nothing else would end it.
-                    send_control(context, now, AwaitedEvent::Release, out);
-                }
-                self.fail(context, refusal.into(), out)
+                self.fail(context, now, refusal.into(), out)
             }
         }
     }
@@ -295,7 +296,7 @@ impl ArStartUpJob {
         });
         self.result.records.extend(outcomes);
         match silent {
-            Some(error) => self.fail(context, ArFailureReason::Call(error), out),
+            Some(error) => self.fail(context, now, ArFailureReason::Call(error), out),
             None => self.records(context, now, out),
         }
     }
@@ -318,8 +319,8 @@ impl ArStartUpJob {
                 self.phase = ArStartUpPhase::ApplicationReady(now);
                 None
             }
-            ControlOutcome::Refused(status) => self.fail(context, ArFailureReason::Refused(status), out),
-            ControlOutcome::Failed(error) => self.fail(context, ArFailureReason::Call(error), out),
+            ControlOutcome::Refused(status) => self.fail(context, now, ArFailureReason::Refused(status), out),
+            ControlOutcome::Failed(error) => self.fail(context, now, ArFailureReason::Call(error), out),
         }
     }
 
@@ -333,10 +334,16 @@ impl ArStartUpJob {
     fn fail(
         &mut self,
         context: &mut ControllerContext,
+        now: Time,
         why: ArFailureReason,
         out: &mut Outbox,
     ) -> Option<ControllerOutcome> {
         let stage = self.stage();
+        let is_unfit = matches!(self.result.connect, Some(ConnectOutcome::Failed(CallError::Unfit(_))));
+        if context.ar.is_some() && (is_unfit || !self.connection.replaced_fields.is_empty()) {
+            // The device may have opened an AR that it cannot relate to our ERR-RTA.
+            send_control(context, now, AwaitedEvent::Release, out);
+        }
         let reason = match stage {
             ArStartUpStage::Check | ArStartUpStage::Identify | ArStartUpStage::Address | ArStartUpStage::Resolve => {
                 AbortReason::NAME_RESOLUTION
