@@ -17,6 +17,7 @@ pub const LAST_RUN: &str = "last-run.json";
 const NOT_GREEN: [&str; 4] = ["fail", "error", "inconclusive", "xpass"];
 
 /// Which cases and rules are meant.
+#[allow(rustdoc::broken_intra_doc_links, reason = "the comments are the help texts of the command line")]
 #[derive(Clone, Debug, Default, Args)]
 pub struct FilterArgs {
     /// Only cases and rules whose id contains this text (ids are MANUAL/SUITE/CASE[ROW] and MANUAL/SUITE/RULE), or that cover
