@@ -94,7 +94,8 @@ def main():
         listed = json.loads(subprocess.run([encspec, "list", "profinet-io", "--format", "json"], stdout=subprocess.PIPE, check=True).stdout)
         who.check("every approved case is in the suite", sorted(set(approved) - {case["id"] for case in listed["manuals"][0]["cases"]}), [])
         before = "".join("\n".join(approved[id]) + "\n" for id in approved if id in cases)
-    for _ in range(ATTEMPTS):
+    # An inconclusive case that is approved stays one; once more tells whether a stall was the reason.
+    for _ in range(1 if os.environ.get("APPROVE") == "1" else ATTEMPTS):
         other = [case for case in cases.values() if case["kind"] == "case" and not is_the_same(case, approved.get(case["id"]))]
         if os.environ.get("APPROVE") == "1":
             other = [case for case in other if case["verdict"] == "inconclusive"]
