@@ -14,10 +14,13 @@ use wire::profinet::rt::IoxS;
 
 /// The unit of send clocks and cycle counters: 31.25 us.
 const CLOCK: Duration = Duration::from_nanos(31_250);
+/// The shortest send clock: a SendClockFactor of 8 (IEC 61158-6-10).
+const SHORTEST_CYCLE: Duration = Duration::from_micros(250);
 
 /// The send interval of a cyclic connection.
 fn interval(iocr: &IocrBlockReq) -> Duration {
-    CLOCK * u32::from(iocr.send_clock_factor) * u32::from(iocr.reduction_ratio)
+    // A device that does not check the factors accepts 0, but it cannot send without a pause.
+    (CLOCK * u32::from(iocr.send_clock_factor) * u32::from(iocr.reduction_ratio)).max(SHORTEST_CYCLE)
 }
 
 /// The IOPS or IOCS for a state.
