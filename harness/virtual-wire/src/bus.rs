@@ -5,8 +5,9 @@
 use std::collections::VecDeque;
 
 use station::{Duration, Outbox, Station, Time};
-use wire::profibus::fdl::{BaudRate, BitTimes, FdlFrame, LONGEST};
+use wire::profibus::fdl::{BaudRate, BitTimes, LONGEST};
 
+use crate::burst_role::BurstRole;
 use crate::min_tsdr::MinTsdrs;
 use crate::violation::WireViolation;
 use crate::wakes::{ViolationLog, Wakes};
@@ -61,33 +62,6 @@ struct FinishedBurst {
     end: Time,
     /// Whether a station must answer it.
     expects_answer: bool,
-}
-
-/// The role of a frame on the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum BurstRole {
-    /// A request with an answer.
-    Request,
-    /// A request without an answer, or the token.
-    Unanswered,
-    Answer,
-    /// Not a frame.
-    Noise,
-}
-
-impl BurstRole {
-    fn of(octets: &[u8]) -> BurstRole {
-        match FdlFrame::parse(octets) {
-            Ok(FdlFrame::Data(frame)) => match frame.fc.requested() {
-                Some(function) if function.expects_response() => BurstRole::Request,
-                Some(_) => BurstRole::Unanswered,
-                None => BurstRole::Answer,
-            },
-            Ok(FdlFrame::Token { .. }) => BurstRole::Unanswered,
-            Ok(FdlFrame::ShortAcknowledgement) => BurstRole::Answer,
-            Err(_) => BurstRole::Noise,
-        }
-    }
 }
 
 impl VirtualBus {
@@ -192,9 +166,9 @@ impl VirtualBus {
         }
         self.is_carrier_reported = false;
         let Some(burst) = self.bursts.pop_front() else { return };
-        let is_asking = burst.part == BurstRole::Request;
+        let is_asking = burst.part.expects_answer();
         self.last = Some(FinishedBurst { end: burst.end, expects_answer: is_asking });
-        self.min_tsdrs.observe(&burst.octets);
+        self.min_tsdrs.observe(burst.part);
         tap(TappedFrame { begin: burst.begin, time: self.now, port: burst.port, frame: &burst.octets });
         for (port, station) in stations.iter_mut().enumerate().filter(|(port, _)| !burst.is_sent_by(*port)) {
             station.receive(self.now, &burst.octets, &mut self.outbox);
@@ -268,21 +242,21 @@ impl VirtualBus {
     fn timing(&self, burst: &Burst) -> Option<WireViolation> {
         let before = self.bursts.iter().filter(|other| other.end <= burst.begin).max_by_key(|other| other.end);
         let last = match before {
-            Some(before) => FinishedBurst { end: before.end, expects_answer: before.part == BurstRole::Request },
+            Some(before) => FinishedBurst { end: before.end, expects_answer: before.part.expects_answer() },
             None => self.last?,
         };
         let (port, time) = (burst.port, burst.begin);
         let silent = self.bits(time.nanos_since(last.end));
         let least = self.min_tsdrs.of_next_answer().0;
         match burst.part {
-            BurstRole::Request | BurstRole::Unanswered if silent < BitTimes::TSYN.0 => {
+            BurstRole::Request(_) | BurstRole::Unanswered if silent < BitTimes::TSYN.0 => {
                 Some(WireViolation::NoSilence { port, time, silent })
             }
-            BurstRole::Answer if silent < least => Some(WireViolation::TooEarly { port, time, silent, least }),
-            BurstRole::Answer if last.expects_answer && silent > self.slot.0 => {
+            BurstRole::Answer(_) if silent < least => Some(WireViolation::TooEarly { port, time, silent, least }),
+            BurstRole::Answer(_) if last.expects_answer && silent > self.slot.0 => {
                 Some(WireViolation::TooLate { port, time, silent, slot: self.slot.0 })
             }
-            BurstRole::Answer if last.expects_answer => match self.max_tsdr {
+            BurstRole::Answer(_) if last.expects_answer => match self.max_tsdr {
                 Some(BitTimes(most)) if silent > most => Some(WireViolation::AfterMaxTsdr { port, time, silent, most }),
                 _ => None,
             },

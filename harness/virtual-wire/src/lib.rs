@@ -8,6 +8,7 @@
 //! request, and on the Set_Prm that sets the least time until an answer.
 #![allow(missing_docs, reason = "used inside this workspace only")]
 
+mod burst_role;
 mod bus;
 pub mod capture;
 pub mod damage;

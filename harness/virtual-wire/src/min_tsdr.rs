@@ -1,10 +1,7 @@
 //! The min TSDR of each station: 11 bit times until a Set_Prm gives it a longer one.
 
-use wire::profibus::fdl::{BitTimes, DataFrame, FdlFrame, RequestFunction};
-use wire::profibus::sap::SlaveSap;
-
-/// Byte of Set_Prm with min TSDR (IEC 61158-6-3, Set_Prm).
-const MIN_TSDR_AT: usize = 3;
+use crate::burst_role::{AnswerKind, AskedService, BurstRole, SentParameters};
+use wire::profibus::fdl::BitTimes;
 
 /// The min TSDR of each station, as far as the frames on the bus prove that it is in force.
 ///
@@ -16,54 +13,32 @@ pub(crate) struct MinTsdrs {
     in_force: Vec<(u8, BitTimes)>,
     /// The last acknowledged Set_Prm.
     acknowledged: Option<SentParameters>,
-    asked: Asked,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct SentParameters {
-    slave: u8,
-    master: u8,
-    min_tsdr: BitTimes,
-}
-
-/// The request whose answer comes next.
-#[derive(Clone, Copy, Debug, Default)]
-enum Asked {
-    Parameters(SentParameters),
-    DataExchange {
-        slave: u8,
-        master: u8,
-    },
-    Other {
-        station: u8,
-    },
-    #[default]
-    Nothing,
+    /// The request whose answer comes next.
+    asked: Option<AskedService>,
 }
 
 impl MinTsdrs {
     /// The least time until the answer to the last request.
     pub(crate) fn of_next_answer(&self) -> BitTimes {
-        let station = match self.asked {
-            Asked::Parameters(SentParameters { slave, .. }) | Asked::DataExchange { slave, .. } => slave,
-            Asked::Other { station } => station,
-            Asked::Nothing => return BitTimes::DEFAULT_MIN_TSDR,
-        };
-        let own = self.in_force.iter().find(|(known, _)| *known == station);
+        let asked = self.asked.map(AskedService::station);
+        let own = self.in_force.iter().find(|(known, _)| Some(*known) == asked);
         own.map_or(BitTimes::DEFAULT_MIN_TSDR, |(_, bits)| *bits)
     }
 
     /// Takes a frame that has ended on the bus.
-    pub(crate) fn observe(&mut self, octets: &[u8]) {
-        let asked = std::mem::replace(&mut self.asked, Asked::Nothing);
-        match (FdlFrame::parse(octets), asked) {
-            (Ok(FdlFrame::Data(frame)), _) if frame.fc.is_request() => self.asked = Asked::of(&frame),
-            (Ok(FdlFrame::ShortAcknowledgement), Asked::Parameters(sent)) => {
+    pub(crate) fn observe(&mut self, frame: BurstRole) {
+        match (frame, self.asked.take()) {
+            (BurstRole::Request(asked), _) => self.asked = Some(asked),
+            (BurstRole::Answer(AnswerKind::ShortAcknowledgement), Some(AskedService::SetPrm(sent))) => {
                 self.put(sent.slave, BitTimes::DEFAULT_MIN_TSDR);
                 self.acknowledged = Some(sent);
             }
-            (Ok(answer), Asked::DataExchange { slave, master }) if is_of_data_exchange(&answer) => {
-                let sent = self.acknowledged.filter(|sent| (sent.slave, sent.master) == (slave, master));
+            // A slave without inputs acknowledges its outputs by E5h.
+            (
+                BurstRole::Answer(AnswerKind::ShortAcknowledgement | AnswerKind::Data),
+                Some(AskedService::DataExchange { slave, master }),
+            ) => {
+                let sent = self.acknowledged.take_if(|sent| (sent.slave, sent.master) == (slave, master));
                 if let Some(SentParameters { min_tsdr, .. }) = sent {
                     self.put(slave, min_tsdr);
                 }
@@ -80,36 +55,13 @@ impl MinTsdrs {
     }
 }
 
-impl Asked {
-    fn of(frame: &DataFrame<'_>) -> Asked {
-        let access_point = frame.destination.sap.map(SlaveSap);
-        match (access_point, frame.data.get(MIN_TSDR_AT)) {
-            (Some(SlaveSap::SET_PRM), Some(&bits)) => {
-                let min_tsdr = BitTimes(bits.into());
-                Asked::Parameters(SentParameters { slave: frame.da, master: frame.sa, min_tsdr })
-            }
-            (None, _) if matches!(frame.fc.requested(), Some(RequestFunction::SRD_LOW | RequestFunction::SRD_HIGH)) => {
-                Asked::DataExchange { slave: frame.da, master: frame.sa }
-            }
-            _ => Asked::Other { station: frame.da },
-        }
-    }
-}
-
-/// Whether `answer` shows that the slave is in data exchange: inputs, or E5h of a slave without inputs.
-fn is_of_data_exchange(answer: &FdlFrame<'_>) -> bool {
-    match answer {
-        FdlFrame::ShortAcknowledgement => true,
-        FdlFrame::Data(frame) => frame.fc.answered().is_some_and(|function| function.has_data()),
-        FdlFrame::Token { .. } => false,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use rstest::rstest;
-    use wire::profibus::fdl::{AnswerFunction, Extension, FrameCount, FunctionCode, StationType};
+    use wire::profibus::fdl::{
+        AnswerFunction, DataFrame, Extension, FrameCount, FunctionCode, RequestFunction, StationType,
+    };
 
     const MASTER: u8 = 1;
     const OTHER_MASTER: u8 = 2;
@@ -160,9 +112,9 @@ mod tests {
     fn a_set_prm_counts_once_data_exchange_is_answered(#[case] frames: Vec<Vec<u8>>, #[case] bits: u64) {
         let mut times = MinTsdrs::default();
         for octets in frames {
-            times.observe(&octets);
+            times.observe(BurstRole::of(&octets));
         }
-        times.observe(&data_exchange(MASTER));
+        times.observe(BurstRole::of(&data_exchange(MASTER)));
         assert_eq!(times.of_next_answer(), BitTimes(bits));
     }
 }

@@ -2,6 +2,7 @@ use rstest::rstest;
 
 use super::*;
 use crate::null::{BusBabbler, BusReflector};
+use wire::profibus::fdl::FdlFrame;
 
 const BAUD: BaudRate = BaudRate(1_500_000);
 const SLOT: BitTimes = BitTimes(300);
