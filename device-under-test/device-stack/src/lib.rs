@@ -9,7 +9,7 @@
 //!
 //! ```
 //! use device_stack::Attached;
-//! use device_stack::profibus::{SlaveApplication, DpDevice, DiagnosisBits, ExchangeEnd, SlaveIdentity, SlaveStatus};
+//! use device_stack::profibus::{SlaveApplication, DpDevice, DiagnosisBits, ExchangeEnd, SlaveIdentity};
 //! use station::{Duration, Outbox, StandAction, Station, Time};
 //! use wire::profibus::cfg::IoLengths;
 //! use wire::profibus::fdl::BaudRate;
@@ -60,16 +60,6 @@
 //!     fn act(&mut self, _: Time, _: &StandAction<'_>) -> Option<Time> {
 //!         None
 //!     }
-//!     fn led(&mut self, _: Time, _: &str, _: &SlaveStatus) -> Option<&'static str> {
-//!         None
-//!     }
-//!     fn counter(&mut self, _: Time, _: &str) -> Option<u64> {
-//!         None
-//!     }
-//!     fn deadline(&self) -> Option<Time> {
-//!         None
-//!     }
-//!     fn advance(&mut self, _: Time) {}
 //! }
 //!
 //! let identity = SlaveIdentity {

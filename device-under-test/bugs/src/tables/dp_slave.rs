@@ -187,31 +187,13 @@ pub static GROUPS: &[Group] = &[Group {
 
         // Global_Control
         "freeze-once" "A further Freeze does not renew the inputs."
-            => |d| {
-                let mut is_frozen = false;
-                d.slave.global_control(move |control| {
-                    let has = control.command.has(GlobalCommand::FREEZE);
-                    if is_frozen {
-                        control.command.0 &= !GlobalCommand::FREEZE.0;
-                    }
-                    is_frozen = (is_frozen || has) && !control.command.has(GlobalCommand::UNFREEZE);
-                });
-            };
+            => |d| d.slave.global_control(first_only(GlobalCommand::FREEZE, GlobalCommand::UNFREEZE));
         "unfreeze-ignored" "Unfreeze is ignored."
             => |d| d.slave.global_control(|control| control.command.0 &= !GlobalCommand::UNFREEZE.0);
         "freeze-before-unfreeze" "With both Freeze and Unfreeze the inputs are held."
             => |d| d.slave.global_control(|control| first_prevails(control, GlobalCommand::FREEZE, GlobalCommand::UNFREEZE));
         "sync-once" "A further Sync does not pass the outputs."
-            => |d| {
-                let mut is_held = false;
-                d.slave.global_control(move |control| {
-                    let has = control.command.has(GlobalCommand::SYNC);
-                    if is_held {
-                        control.command.0 &= !GlobalCommand::SYNC.0;
-                    }
-                    is_held = (is_held || has) && !control.command.has(GlobalCommand::UNSYNC);
-                });
-            };
+            => |d| d.slave.global_control(first_only(GlobalCommand::SYNC, GlobalCommand::UNSYNC));
         "unsync-ignored" "Unsync is ignored."
             => |d| d.slave.global_control(|control| control.command.0 &= !GlobalCommand::UNSYNC.0);
         "sync-before-unsync" "With both Sync and Unsync the outputs are held."
@@ -435,6 +417,18 @@ fn is_exchange(frame: &DataFrame<'_>) -> bool {
 fn first_prevails(control: &mut GlobalControl, first: GlobalCommand, second: GlobalCommand) {
     if control.command.has(first) {
         control.command.0 &= !second.0;
+    }
+}
+
+/// Takes `begin` out of each Global_Control between the first one with it and one with `end`.
+fn first_only(begin: GlobalCommand, end: GlobalCommand) -> impl FnMut(&mut GlobalControl) {
+    let mut is_on = false;
+    move |control| {
+        let has = control.command.has(begin);
+        if is_on {
+            control.command.0 &= !begin.0;
+        }
+        is_on = (is_on || has) && !control.command.has(end);
     }
 }
 

@@ -1,11 +1,13 @@
 //! Deviations of the generic DP slave that have state.
 
+use super::slave_state::change_diagnosis;
 use crate::seams::slave::{frame, request, with_data};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::RangeInclusive;
 use device_stack::profibus::{SlaveApplication, SlaveHooks, SlaveStackCheck};
 use station::{StandAction, Time};
+use wire::profibus::diag::{Status1, Status2};
 use wire::profibus::fdl::{DataFrame, Extension, FdlFrame, FrameCount, FunctionCode, RequestFunction};
 use wire::profibus::prm::{SetPrm, StationStatus};
 use wire::profibus::sap::{MasterSap, SapService, SlaveSap};
@@ -391,14 +393,11 @@ impl SlaveHooks for ForgottenFaults {
     }
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        if let Some((frame, mut diagnosis)) = crate::seams::slave::diagnosis_response(telegram)
-            && self.is_forgotten
-        {
-            diagnosis.ext.clear();
-            diagnosis.status_1.0 &= !wire::profibus::diag::Status1::EXT_DIAG.0;
-            let mut data = Vec::new();
-            diagnosis.write(&mut data);
-            *telegram = with_data(&frame, &data);
+        if self.is_forgotten {
+            change_diagnosis(telegram, |diag| {
+                diag.ext.clear();
+                diag.status_1.0 &= !Status1::EXT_DIAG.0;
+            });
         }
     }
 }
@@ -415,13 +414,8 @@ impl SlaveHooks for NeedsParametersInExchange {
     }
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        if let Some((frame, mut diagnosis)) = crate::seams::slave::diagnosis_response(telegram)
-            && self.exchanges
-        {
-            diagnosis.status_2 = diagnosis.status_2.with(wire::profibus::diag::Status2::PRM_REQ);
-            let mut data = Vec::new();
-            diagnosis.write(&mut data);
-            *telegram = with_data(&frame, &data);
+        if self.exchanges {
+            change_diagnosis(telegram, |diag| diag.status_2 = diag.status_2.with(Status2::PRM_REQ));
         }
     }
 }

@@ -40,7 +40,8 @@ fn uncounted(telegram: &[u8]) -> Vec<u8> {
     with_data(&DataFrame { fc: FunctionCode::request(function, FrameCount::Unused), ..frame }, frame.data)
 }
 
-fn change_diagnosis(telegram: &mut Vec<u8>, change: impl FnOnce(&mut SlaveDiag)) {
+/// Changes the diagnosis in a response to Slave_Diag; other telegrams stay as they are.
+pub(super) fn change_diagnosis(telegram: &mut Vec<u8>, change: impl FnOnce(&mut SlaveDiag)) {
     let Some((frame, mut diagnosis)) = diagnosis_response(telegram) else { return };
     change(&mut diagnosis);
     let mut data = Vec::new();

@@ -130,16 +130,22 @@ pub trait SlaveApplication {
     fn update_leds(&mut self, now: Time, status: &SlaveStatus) {}
 
     /// What the LED `name` shows at `now`, as a word of `device.yaml`. `status` is the state of the stack.
-    fn led(&mut self, now: Time, name: &str, status: &SlaveStatus) -> Option<&'static str>;
+    fn led(&mut self, now: Time, name: &str, status: &SlaveStatus) -> Option<&'static str> {
+        None
+    }
 
     /// The value of the counter `name`; `None` if there is no counter of this name.
-    fn counter(&mut self, now: Time, name: &str) -> Option<u64>;
+    fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
+        None
+    }
 
     /// The next time at which [`advance`](SlaveApplication::advance) has something to do.
-    fn deadline(&self) -> Option<Time>;
+    fn deadline(&self) -> Option<Time> {
+        None
+    }
 
     /// Does what is due at `now`. An early or late call is allowed.
-    fn advance(&mut self, now: Time);
+    fn advance(&mut self, now: Time) {}
 }
 
 /// The identification and the features of a slave, as in its GSD.

@@ -118,10 +118,14 @@ pub trait IoApplication {
     /// name. `status` is the state of the stack.
     ///
     /// The call also occurs without supply; an application with LEDs then reports them as dark.
-    fn led(&mut self, now: Time, name: &str, status: &StackStatus) -> Option<&'static str>;
+    fn led(&mut self, now: Time, name: &str, status: &StackStatus) -> Option<&'static str> {
+        None
+    }
 
     /// The value of the counter `name`; `None` if there is no counter of this name.
-    fn counter(&mut self, now: Time, name: &str) -> Option<u64>;
+    fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
+        None
+    }
 
     /// Whether the web server accepts connections. A device without a web server returns `false`.
     fn serves_pages(&self) -> bool {
@@ -134,10 +138,12 @@ pub trait IoApplication {
     }
 
     /// The next time at which [`advance`](IoApplication::advance) has something to do.
-    fn deadline(&self) -> Option<Time>;
+    fn deadline(&self) -> Option<Time> {
+        None
+    }
 
     /// Does what is due at `now`. An early or late call is allowed.
-    fn advance(&mut self, now: Time);
+    fn advance(&mut self, now: Time) {}
 }
 
 /// The state of the stack, for LEDs that show it.

@@ -11,7 +11,7 @@ use alloc::format;
 use core::time::Duration;
 use device_stack::profinet::{
     ArKey, DiagnosisChange, DiagnosisSeverity, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess,
-    RecordRefusal, ResetScope, StackStatus, StationData, SubmoduleDiagnosis,
+    RecordRefusal, ResetScope, StationData, SubmoduleDiagnosis,
 };
 use station::{StandAction, Time};
 use wire::profinet::dcp::station_name;
@@ -192,20 +192,6 @@ impl IoApplication for GenericIoDevice {
         }
         Some(now)
     }
-
-    fn led(&mut self, _: Time, _: &str, _: &StackStatus) -> Option<&'static str> {
-        None
-    }
-
-    fn counter(&mut self, _: Time, _: &str) -> Option<u64> {
-        None
-    }
-
-    fn deadline(&self) -> Option<Time> {
-        None
-    }
-
-    fn advance(&mut self, _: Time) {}
 }
 
 #[cfg(test)]

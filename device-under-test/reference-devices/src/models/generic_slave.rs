@@ -12,7 +12,6 @@ use core::mem;
 use core::time::Duration;
 use device_stack::profibus::{
     DiagnosisBits, Dpv1Access, Dpv1Channel, Dpv1RecordRefusal, ExchangeEnd, SlaveApplication, SlaveIdentity,
-    SlaveStatus,
 };
 use station::{StandAction, Time};
 use wire::profibus::call::{CALL_INDEX, Call, DpIm0, ExtendedFunction, FunctionIndex};
@@ -286,20 +285,6 @@ impl SlaveApplication for GenericSlave {
         self.has_changed |= mem::replace(fault, is_present) != is_present;
         Some(now)
     }
-
-    fn led(&mut self, _: Time, _: &str, _: &SlaveStatus) -> Option<&'static str> {
-        None
-    }
-
-    fn counter(&mut self, _: Time, _: &str) -> Option<u64> {
-        None
-    }
-
-    fn deadline(&self) -> Option<Time> {
-        None
-    }
-
-    fn advance(&mut self, _: Time) {}
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use core::time::Duration;
 use device_stack::Attached;
 use device_stack::profibus::{
     AcknowledgedAlarm, DiagnosisBits, DpDevice, Dpv1Access, Dpv1RecordRefusal, ExchangeEnd, SlaveApplication,
-    SlaveHooks, SlaveIdentity, SlaveStatus,
+    SlaveHooks, SlaveIdentity,
 };
 use station::{StandAction, Time};
 use std::vec::Vec;
@@ -143,14 +143,4 @@ impl SlaveApplication for ToySlaveApplication {
         self.changed = *present;
         Some(Time::ZERO)
     }
-    fn led(&mut self, _: Time, _: &str, _: &SlaveStatus) -> Option<&'static str> {
-        None
-    }
-    fn counter(&mut self, _: Time, _: &str) -> Option<u64> {
-        None
-    }
-    fn deadline(&self) -> Option<Time> {
-        None
-    }
-    fn advance(&mut self, _: Time) {}
 }

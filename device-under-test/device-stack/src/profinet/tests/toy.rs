@@ -201,11 +201,4 @@ impl IoApplication for ToyIoApplication {
         self.status = *status;
         (name == "led").then_some(if status.is_signalling { "flashing" } else { "dark" })
     }
-    fn counter(&mut self, _: Time, _: &str) -> Option<u64> {
-        None
-    }
-    fn deadline(&self) -> Option<Time> {
-        None
-    }
-    fn advance(&mut self, _: Time) {}
 }
