@@ -197,15 +197,20 @@ def a3m60(tty):
     common.check("IO 08: position and speed at rest", master.cycle(bytes(8))[:17], "00 00 00 11 00 00")
     before = master.phy.diagnoses
     common.check("the parameters are invalid", common.stand("fault flash present"), "ok")
-    end = time.monotonic() + 10
-    while master.phy.diagnoses == before and time.monotonic() < end:
-        master.cycle(bytes(8))
-    common.check("a high-priority answer has pyprofibus read the diagnosis", master.phy.diagnoses > before, True)
+    await_diagnosis(master, bytes(8), before)
     common.check("tables 33 and 34: memory error", bytes(master.phy.diagnosis.du)[6:].hex(" "), "81 40 38")
     diagnosis = DpTelegram_SlaveDiag_Con.fromFdlTelegram(master.phy.diagnosis)
     common.check("an error is extended diagnosis", (diagnosis.hasExtDiag(), diagnosis.isReadyDataEx()), (True, True))
     common.check("table 35: -12", master.cycle(bytes(8))[:11], "ff ff ff f4")
     master.end()
+
+
+def await_diagnosis(master, outputs, before):
+    """Exchanges data until pyprofibus has read more diagnoses than `before`."""
+    end = time.monotonic() + 10
+    while master.phy.diagnoses == before and time.monotonic() < end:
+        master.cycle(outputs)
+    common.check("a high-priority answer has pyprofibus read the diagnosis", master.phy.diagnoses > before, True)
 
 
 def plain(tty):
@@ -217,10 +222,7 @@ def plain(tty):
     common.check("diagnosis without a fault", master.diagnose(bytes(4)), "00 0c 00 02 fe ed")
     before = master.phy.diagnoses
     common.check("a short circuit", common.stand("fault passing present"), "ok")
-    end = time.monotonic() + 10
-    while master.phy.diagnoses == before and time.monotonic() < end:
-        master.cycle(bytes(4))
-    common.check("a high-priority answer has pyprofibus read the diagnosis", master.phy.diagnoses > before, True)
+    await_diagnosis(master, bytes(4), before)
     common.check("status, module and channel", bytes(master.phy.diagnosis.du)[6:].hex(" "), "05 81 00 00 01 42 01 80 c0 81")
     master.end()
 

@@ -78,8 +78,7 @@ impl Selection {
 
     /// Whether a trial is selected.
     pub fn trial(&self, manual: &Manual, variant: &SuiteVariant, trial: &Trial) -> bool {
-        let covers = trial.covers.iter().chain(&trial.outline.checks);
-        self.has(manual, variant, &trial.id, &covers.copied().collect::<Vec<_>>())
+        self.has(manual, variant, &trial.id, &covered(trial))
     }
 
     /// Whether a rule is selected.
@@ -95,8 +94,7 @@ impl Selection {
 
     /// Whether a rule is left out by a filter after `!`: then it is not even reported where it breaks.
     pub fn excludes(&self, manual: &Manual, rule: &SuiteRule) -> bool {
-        let full = format!("{}/{}", manual.device.name, rule.id);
-        self.excluded.iter().any(|(_, selector)| selector.has(manual, &full, &rule.covers))
+        self.excluded.iter().any(|(_, selector)| selector.has(manual, &whole_id(manual, &rule.id), &rule.covers))
     }
 
     /// Whether a rule of this variant was broken before: then every trial runs again, since a trial that passed may have broken it.
@@ -108,10 +106,8 @@ impl Selection {
     pub fn unmatched<'s>(&'s self, selected: &[(&Manual, &SuiteVariant)]) -> Vec<&'s str> {
         let matches = |selector: &Selector| {
             selected.iter().any(|(manual, variant)| {
-                let full = |id: &str| format!("{}/{id}", manual.device.name);
-                let covers = |trial: &Trial| [&trial.covers[..], &trial.outline.checks[..]].concat();
-                variant.trials.iter().any(|of| selector.has(manual, &full(&of.id), &covers(of)))
-                    || variant.rules.iter().any(|of| selector.has(manual, &full(&of.id), &of.covers))
+                variant.trials.iter().any(|of| selector.has(manual, &whole_id(manual, &of.id), &covered(of)))
+                    || variant.rules.iter().any(|of| selector.has(manual, &whole_id(manual, &of.id), &of.covers))
             })
         };
         let manuals =
@@ -121,7 +117,7 @@ impl Selection {
     }
 
     fn has(&self, manual: &Manual, variant: &SuiteVariant, id: &str, covers: &[usize]) -> bool {
-        let full = format!("{}/{id}", manual.device.name);
+        let full = whole_id(manual, id);
         let has = |list: &[(String, Selector)]| list.iter().any(|(_, selector)| selector.has(manual, &full, covers));
         let was_not_green = |before: &BTreeSet<NotGreen>| {
             before.contains(&NotGreen { id: full.clone(), variant: variant.name.clone() })
@@ -131,6 +127,16 @@ impl Selection {
             && !has(&self.excluded)
             && self.not_green.as_ref().is_none_or(was_not_green)
     }
+}
+
+/// The id of a case or rule with the manual in front.
+fn whole_id(manual: &Manual, id: &str) -> String {
+    format!("{}/{id}", manual.device.name)
+}
+
+/// The requirements that a trial covers, as a whole and by its checks.
+fn covered(trial: &Trial) -> Vec<usize> {
+    [&trial.covers[..], &trial.outline.checks[..]].concat()
 }
 
 /// What a filter means that is no whole id.
@@ -144,7 +150,7 @@ fn selector(text: &str, manuals: &[Manual]) -> Selector {
         return Selector::Requirement(text.to_owned());
     }
     let is_dotted = text.split('.').count() > 1 && text.split('.').all(|part| part.parse::<u16>().is_ok());
-    match (is_dotted || text.contains(' ')) && requirements().any(|of| cites(of, text)) {
+    match (is_dotted || text.contains(' ')) && requirements().any(|of| has_clause(&of.cites, text)) {
         true => Selector::Clause(text.to_owned()),
         false => Selector::Part(text.to_owned()),
     }
@@ -159,7 +165,7 @@ impl Selector {
             Selector::Part(text) => full.contains(text.as_str()),
             Selector::Whole(text) => full == text || full.split_once('/').is_some_and(|(_, id)| id == text),
             Selector::Requirement(id) => covers(&|of| is_or_begins(&of.id, id)),
-            Selector::Clause(text) => full.contains(text.as_str()) || covers(&|of| cites(of, text)),
+            Selector::Clause(text) => full.contains(text.as_str()) || covers(&|of| has_clause(&of.cites, text)),
             Selector::Level(level) => covers(&|of| of.level == *level),
         }
     }
@@ -170,11 +176,7 @@ fn is_or_begins(id: &str, text: &str) -> bool {
     id.eq_ignore_ascii_case(text) || id.strip_prefix(text).is_some_and(|rest| !text.is_empty() && rest.starts_with('-'))
 }
 
-/// Whether a requirement cites this clause or a part of it: `16.3` is in `section 16.3.1`, and not in `section 16.31`.
-fn cites(requirement: &Requirement, text: &str) -> bool {
-    has_clause(&requirement.cites, text)
-}
-
+/// Whether a text cites this clause or a part of it: `16.3` is in `section 16.3.1`, and not in `section 16.31`.
 fn has_clause(cites: &str, text: &str) -> bool {
     cites.match_indices(text).any(|(at, _)| {
         let before = cites[..at].chars().next_back();

@@ -197,12 +197,13 @@ impl GsdReader {
             "unit_diag_area" => skip(line, rest, "unit_diag_area_end")?,
             "unitdiagtype" => skip(line, rest, "endunitdiagtype")?,
             _ => {
-                let known = BAUDS.iter().find(|baud| word.eq_ignore_ascii_case(&format!("{baud}_supp")));
-                if let (Some(baud), true) = (known, known.is_some() && flag()?) {
-                    self.gsd.bauds.push((*baud).to_owned());
+                let known = |of: &str| BAUDS.iter().find(|baud| baud.eq_ignore_ascii_case(of)).copied();
+                if let Some(baud) = word.strip_suffix("_supp").and_then(known)
+                    && flag()?
+                {
+                    self.gsd.bauds.push(baud.to_owned());
                 }
-                let timed = BAUDS.iter().find(|baud| word.eq_ignore_ascii_case(&format!("MaxTsdr_{baud}")));
-                if let Some(baud) = timed {
+                if let Some(baud) = word.strip_prefix("maxtsdr_").and_then(known) {
                     let bits = u16::try_from(line.number(value)?);
                     let bits = bits.map_err(|_| line.wrong("max TSDR is not a 16-bit number of bit times"))?;
                     self.gsd.max_tsdr.push((rate(baud), BitTimes(bits.into())));

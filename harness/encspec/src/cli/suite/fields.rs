@@ -89,6 +89,11 @@ fn with_words(field: NewStartField, defaults: &[Vec<u8>], names: &mut FreshNames
 }
 
 impl NewStartField {
+    /// The first byte, where a description names no parameter.
+    pub fn unused() -> NewStartField {
+        NewStartField { called: "unused".to_owned(), octet: 0, octets: 1, bits: None, range: None, words: Vec::new() }
+    }
+
     /// Its number in these bytes, big-endian and without a sign.
     fn number(&self, octets: &[u8]) -> i128 {
         let own = octets.iter().skip(self.octet).take(self.octets);

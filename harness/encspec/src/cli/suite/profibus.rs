@@ -118,15 +118,7 @@ fn text(gsd: &Gsd, folder: &str, modules: &[NewSlaveModule<'_>], signals: &Signa
     let usual = octets.first().cloned().unwrap_or_default();
     let mut fields = named(&fields(gsd, modules, before), &octets, names);
     if fields.is_empty() && !usual.is_empty() {
-        let unused = NewStartField {
-            called: "unused".to_owned(),
-            octet: 0,
-            octets: 1,
-            bits: None,
-            range: None,
-            words: Vec::new(),
-        };
-        fields = named(&[unused], &octets, names);
+        fields = named(&[NewStartField::unused()], &octets, names);
     }
     let mut out = String::new();
     // Writing into a String cannot fail.

@@ -110,15 +110,11 @@ impl Writer<'_> {
                     let _ = writeln!(out, "    with: [{}]", with.join(", "));
                 }
                 out.push_str("    fields:\n");
-                let filler = || NewStartField {
-                    called: "unused".to_owned(),
-                    octet: 0,
-                    octets: 1,
-                    bits: None,
-                    range: None,
-                    words: Vec::new(),
+                let fields = if fields.is_empty() {
+                    named(&[NewStartField::unused()], &defaults, &mut self.names)
+                } else {
+                    fields
                 };
-                let fields = if fields.is_empty() { named(&[filler()], &defaults, &mut self.names) } else { fields };
                 for field in &fields {
                     let _ = writeln!(out, "      {}", field.line(&record.default));
                 }

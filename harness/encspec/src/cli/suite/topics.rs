@@ -20,14 +20,18 @@ pub(super) struct ConnectedModule<'a> {
     pub has_im1: bool,
 }
 
+/// Cases and the requirements that they cover.
+type CoveredCases = Vec<(&'static str, Vec<String>)>;
+/// Cases that are left out, and why.
+type OmittedCases = Vec<(&'static str, &'static str)>;
+
 /// A common suite as the new suite uses it.
 struct UsedSuite {
     name: &'static str,
     defaults: String,
     give: String,
-    /// Cases and the last digits of their requirements.
-    covers: Vec<(&'static str, Vec<String>)>,
-    omit: Vec<(&'static str, &'static str)>,
+    covers: CoveredCases,
+    omit: OmittedCases,
 }
 
 impl UsedSuite {
@@ -53,6 +57,20 @@ impl UsedSuite {
     }
 }
 
+/// The cases that are used, and those with a reason to leave them out.
+fn split(
+    cases: impl IntoIterator<Item = (&'static str, Vec<String>, Option<&'static str>)>,
+) -> (CoveredCases, OmittedCases) {
+    let (mut covers, mut omit) = (Vec::new(), Vec::new());
+    for (case, ids, why) in cases {
+        match why {
+            None => covers.push((case, ids)),
+            Some(why) => omit.push((case, why)),
+        }
+    }
+    (covers, omit)
+}
+
 const NO_OUTPUTS: &str = "the module has no outputs and inputs at once";
 const NO_MIRROR: &str = "a GSDML does not say which inputs show the outputs";
 
@@ -60,14 +78,15 @@ const NO_MIRROR: &str = "a GSDML does not say which inputs show the outputs";
 pub(super) fn profinet(of: &ConnectedModule<'_>) -> Result<Vec<NewFile>, String> {
     let ConnectedModule { module, longest, has_both, has_im1 } = *of;
     let start = format!("{{ module: {module} }}");
+    let no_outputs = (!has_both).then_some(NO_OUTPUTS);
     let ids = |topic: &str, numbers: &[u32]| -> Vec<String> {
         numbers.iter().map(|number| format!("PNIO-{topic}-{number:03}")).collect()
     };
-    let one = |topic: &str, cases: &[&'static str]| -> Vec<(&'static str, Vec<String>)> {
+    let one = |topic: &str, cases: &[&'static str]| -> CoveredCases {
         cases.iter().zip(1..).map(|(case, number)| (*case, ids(topic, &[number]))).collect()
     };
     let mut list = Vec::new();
-    let mut discovery: Vec<(&'static str, Vec<String>)> = vec![("found-by-its-name", ids("DSC", &[1, 2]))];
+    let mut discovery: CoveredCases = vec![("found-by-its-name", ids("DSC", &[1, 2]))];
     let others = [
         "reports-its-identity",
         "takes-a-name",
@@ -87,45 +106,36 @@ pub(super) fn profinet(of: &ConnectedModule<'_>) -> Result<Vec<NewFile>, String>
         covers: discovery,
         omit: Vec::new(),
     });
-    let mut connect = vec![
-        ("starts-up", ids("CON", &[1])),
-        ("either-byte-order", ids("CON", &[5])),
-        ("refuses-what-is-not-plugged", ids("CON", &[2])),
-        ("belongs-to-its-first-controller", ids("CON", &[4])),
-    ];
-    let mut without = Vec::new();
-    if has_both {
-        connect.push(("refuses-other-lengths", ids("CON", &[3])));
-    } else {
-        without.push(("refuses-other-lengths", NO_OUTPUTS));
-    }
+    let (covers, omit) = split([
+        ("starts-up", ids("CON", &[1]), None),
+        ("either-byte-order", ids("CON", &[5]), None),
+        ("refuses-what-is-not-plugged", ids("CON", &[2]), None),
+        ("belongs-to-its-first-controller", ids("CON", &[4]), None),
+        ("refuses-other-lengths", ids("CON", &[3]), no_outputs),
+    ]);
     list.push(UsedSuite {
         name: "protocol-connect",
         defaults: String::new(),
         give: format!("module: {module}, difference: module_diff.{longest}"),
-        covers: connect,
-        omit: without,
+        covers,
+        omit,
     });
-    let mut cyclic = vec![
-        ("bad-until-ready", ids("CYC", &[1])),
-        ("keeps-the-cycle", ids("CYC", &[3])),
-        ("a-short-gap-is-tolerated", ids("CYC", &[7])),
-        ("a-long-gap-ends-the-connection", ids("CYC", &[8])),
-    ];
-    let mut without = ["outputs-arrive", "bad-outputs-are-not-taken", "outputs-of-others-are-not-taken"]
-        .map(|case| (case, NO_MIRROR))
-        .to_vec();
-    if has_both {
-        cyclic.push(("takes-the-outputs", ids("CYC", &[2])));
-    } else {
-        without.push(("takes-the-outputs", NO_OUTPUTS));
-    }
+    let (covers, omit) = split([
+        ("bad-until-ready", ids("CYC", &[1]), None),
+        ("keeps-the-cycle", ids("CYC", &[3]), None),
+        ("a-short-gap-is-tolerated", ids("CYC", &[7]), None),
+        ("a-long-gap-ends-the-connection", ids("CYC", &[8]), None),
+        ("outputs-arrive", Vec::new(), Some(NO_MIRROR)),
+        ("bad-outputs-are-not-taken", Vec::new(), Some(NO_MIRROR)),
+        ("outputs-of-others-are-not-taken", Vec::new(), Some(NO_MIRROR)),
+        ("takes-the-outputs", ids("CYC", &[2]), no_outputs),
+    ]);
     list.push(UsedSuite {
         name: "protocol-cyclic",
         defaults: String::new(),
         give: format!("module: {module}"),
-        covers: cyclic,
-        omit: without,
+        covers,
+        omit,
     });
     list.push(UsedSuite {
         name: "protocol-errors",
@@ -144,18 +154,15 @@ pub(super) fn profinet(of: &ConnectedModule<'_>) -> Result<Vec<NewFile>, String>
         "unknown-place-is-refused",
         "read-only-record-is-not-written",
     ];
-    let mut records = one("REC", &records);
-    let mut without = Vec::new();
-    if !has_im1 {
-        records.retain(|(case, _)| *case != "im1-keeps-what-is-written");
-        without.push(("im1-keeps-what-is-written", "the GSDML lists no I&M1 that can be written"));
-    }
+    let no_im1 = (!has_im1).then_some("the GSDML lists no I&M1 that can be written");
+    let without = |case: &str| no_im1.filter(|_| case == "im1-keeps-what-is-written");
+    let (covers, omit) = split(one("REC", &records).into_iter().map(|(case, ids)| (case, ids, without(case))));
     list.push(UsedSuite {
         name: "protocol-records",
         defaults: start,
         give: "vendor: =vendor".to_owned(),
-        covers: records,
-        omit: without,
+        covers,
+        omit,
     });
     list.push(UsedSuite {
         name: "protocol-release",
