@@ -8,6 +8,7 @@ use crate::trial::{RunningTrial, cycle_limit};
 use controllers::profinet_io::{ArReleaseOutcome, ConnectOutcome, ControllerOutcome, ControllerRequest, DeviceAddress};
 use judge::answer::ReceivedReply;
 use suite::model::{AnswerMatcher, AnswerPart, ConnectionStart};
+use wire::ethernet::{EtherType, FrameHeader};
 use wire::profinet::status::ErrorCode;
 
 impl<'a> RunningTrial<'a> {
@@ -73,7 +74,12 @@ impl<'a> RunningTrial<'a> {
         if !second {
             self.use_module(start.module);
         }
+        let has_wrong_fields = !connection.replaced_fields.is_empty();
+        let before = self.world.trace.len();
         let outcome = self.ask(second, ControllerRequest::Connect(Box::new(connection)))?;
+        if has_wrong_fields {
+            self.world.mark_broken(before, is_call);
+        }
         let ControllerOutcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
         self.world.scene.notebook_mut().answers =
             startup::replies(&self.world.manual.device, start, &outcome, &records);
@@ -139,4 +145,9 @@ impl<'a> RunningTrial<'a> {
         });
         if done && self.world.lost.is_none() { Ok(()) } else { Err(no_connection()) }
     }
+}
+
+/// Whether a frame may contain a call: those of IPv4 may.
+fn is_call(frame: &[u8]) -> bool {
+    FrameHeader::parse(frame).is_ok_and(|(header, _)| header.ether_type == EtherType::IPV4)
 }
