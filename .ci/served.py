@@ -11,6 +11,8 @@ import subprocess
 import sys
 import time
 
+import day
+
 BINARY, SCRATCH = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve() / pathlib.Path(sys.argv[0]).name
 BENCH = """\
 device: {manual}/{variant}
@@ -65,8 +67,8 @@ class Served:
 
     numbers = itertools.count()
 
-    def __init__(self, device, deviations=()):
-        """`deviations` are words like `--bug NAME`."""
+    def __init__(self, device, deviations=(), bench=""):
+        """`deviations` are words like `--bug NAME`, `bench` is a further line of the bench file."""
         manual, variant, kind = device
         number = next(Served.numbers)
         self.folder = SCRATCH / f"{number}"
@@ -90,7 +92,7 @@ class Served:
         else:
             gsdml, pages = description_of(manual, variant, "GSDML-*.xml"), PAGES.get(manual, "")
             text = BENCH.format(manual=manual, variant=variant, link=link, control=control, gsdml=gsdml, pages=pages)
-        (self.folder / "bench.yaml").write_text(text)
+        (self.folder / "bench.yaml").write_text(text + bench)
         serve = [BINARY, "serve", f"model:{manual}/{variant}", *ours, "--control", control, *deviations]
         self.server = self.start(serve, "serve.log")
         until = time.monotonic() + 60
@@ -130,10 +132,10 @@ class Served:
 
 
 @contextlib.contextmanager
-def served(device, deviations=()):
+def served(device, deviations=(), bench=""):
     """Serves a device for a while; gives what runs something against it."""
     try:
-        one = Served(device, deviations)
+        one = Served(device, deviations, bench)
     except (RuntimeError, subprocess.CalledProcessError) as error:
         why = str(error)
         yield lambda words, patience: why
@@ -146,8 +148,8 @@ def served(device, deviations=()):
 
 def daily_sample(items, parts):
     """One of so many parts of a list: that of the day, the one of the number in ENCSPEC_SAMPLE, or everything for `all`."""
-    number = os.environ.get("ENCSPEC_SAMPLE", str(int(time.time() // 86400)))
-    return items if number == "all" else items[int(number) % parts::parts]
+    number = day.number()
+    return items if number is None else items[number % parts::parts]
 
 
 def at_once(count, work, items):
