@@ -71,7 +71,7 @@ impl<'a> LayoutGuesser<'a> {
     /// Takes in an observation of a tracker: only cyclic frames without a connection count.
     #[inline]
     pub fn observe(&mut self, observation: &Observation<'_>) {
-        if let Observation::Traffic(Traffic::Stray { source, destination, frame_id, counter, data }) = observation {
+        if let Observation::Traffic(Traffic::Stray { source, destination, frame_id, counter, data, .. }) = observation {
             self.stray((*source, *destination), *frame_id, *counter, data);
         }
     }

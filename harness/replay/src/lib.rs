@@ -29,7 +29,7 @@ pub use read::reassembly::{IpReassembler, LostDatagram, Reassembled};
 pub use read::{CannotReplay, ProgressCallback, ReadProgress, each, files};
 pub use report::{
     AbortReport, CaptureEvent, CaptureReport, ConnectionReport, ControllerReport, DamageReport, DeviceReport,
-    EventKind, ReplayReport, RuleReport, StreamReport,
+    EventKind, ReplayReport, RuleReport, StreamCoverage, StreamReport,
 };
 pub use rules::{RuleJudge, RuleOutcome, fits_manual, judge_rules};
 pub use text::text;
@@ -131,7 +131,7 @@ impl Replay<'_> {
         let TrackedCapture { tracker, slaves, layouts, damage, frames, .. } = walked;
         let (rules, broken) = self.rules.end();
         let events = self.events.end(&tracker, &slaves);
-        let mut findings = self.protocol.end(&tracker, &slaves);
+        let (mut findings, judged) = self.protocol.end(&tracker, &slaves);
         for finding in &findings {
             let ars = if finding.bus.is_profibus() { slaves.ars() } else { tracker.ars() };
             self.contexts.collect(finding.frame, None, None, ars);
@@ -163,6 +163,7 @@ impl Replay<'_> {
             file: name.to_owned(),
             frames,
             damage: damage.end(frames),
+            judged,
             ars,
             events,
             findings,

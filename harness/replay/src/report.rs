@@ -21,6 +21,8 @@ pub struct CaptureReport {
     pub frames: u64,
     /// The damages of the file.
     pub damage: Vec<DamageReport>,
+    /// The cyclic frames that were not judged in full, because their Connect is not in the capture.
+    pub judged: Vec<StreamCoverage>,
     /// The connections, in the order of their first frame.
     pub ars: Vec<ConnectionReport>,
     /// The events, by frame.
@@ -32,6 +34,22 @@ pub struct CaptureReport {
     /// The result of a comparison with a device, if requested.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub against: Option<AgainstReport>,
+}
+
+/// What was judged of cyclic frames whose Connect is not in the capture.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct StreamCoverage {
+    /// MAC address of the sender.
+    pub source: String,
+    /// MAC address of the receiver.
+    pub destination: String,
+    pub frame_id: u16,
+    /// Number of frames.
+    pub frames: u64,
+    /// `status`: DataStatus and cycle counter; `nothing`.
+    pub judged: &'static str,
+    /// Why not more.
+    pub why: String,
 }
 
 /// A damage of the file.
@@ -58,6 +76,9 @@ pub struct ConnectionReport {
     pub controller: ControllerReport,
     /// The device or slave.
     pub device: DeviceReport,
+    /// Whether the capture shows which of both is the controller; otherwise the names of the roles are a guess.
+    #[serde(skip_serializing_if = "is_so")]
+    pub roles_known: bool,
     /// Frame of the Connect request.
     pub connect_frame: Option<u64>,
     /// Frame of the controller's end of parameters.
@@ -235,6 +256,7 @@ impl From<&ObservedAr> for ConnectionReport {
                 vendor_id: ar.device.ids.map(|ids| ids.0),
                 device_id: ar.device.ids.map(|ids| ids.1),
             },
+            roles_known: ar.roles_known,
             connect_frame: ar.connect_frame,
             parameter_end_frame: ar.parameter_end_frame,
             application_ready_frame: ar.application_ready_frame,
@@ -245,6 +267,11 @@ impl From<&ObservedAr> for ConnectionReport {
             rt_out: StreamReport::from(&ar.outputs),
         }
     }
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_so(known: &bool) -> bool {
+    *known
 }
 
 fn mac(party: &Party) -> Option<String> {

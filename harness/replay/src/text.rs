@@ -35,6 +35,9 @@ fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
         counts.push(count(capture.damage.len(), "damage", "damages"));
     }
     writeln!(out, "{}: {}", capture.file.escape_debug(), counts.join(", "))?;
+    for line in not_judged(capture) {
+        writeln!(out, "  not judged: {line}")?;
+    }
     connections(out, capture)?;
     let mut by_severity: Vec<&CaptureFinding> = capture.findings.iter().collect();
     by_severity.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
@@ -59,6 +62,20 @@ fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
     Ok(())
 }
 
+/// What of the cyclic frames was not judged, a sentence for each reason.
+pub(crate) fn not_judged(capture: &CaptureReport) -> Vec<String> {
+    let line = |judged: &str, what: &str| {
+        let of: Vec<u64> = capture.judged.iter().filter(|of| of.judged == judged).map(|of| of.frames).collect();
+        let frames = count(of.iter().sum::<u64>() as usize, "frame", "frames");
+        (!of.is_empty()).then(|| format!("{}, {frames}: {what}", count(of.len(), "stream", "streams")))
+    };
+    let lines = [
+        line("status", "no layout, contents not judged; the Connect is not in the capture"),
+        line("nothing", "no layout and no place of the status, nothing judged"),
+    ];
+    lines.into_iter().flatten().collect()
+}
+
 /// The number of findings, in all and by severity.
 fn findings(capture: &CaptureReport) -> String {
     let of = |severity: FindingSeverity| capture.findings.iter().filter(|finding| finding.severity == severity).count();
@@ -68,6 +85,7 @@ fn findings(capture: &CaptureReport) -> String {
         .map(|severity| format!("{} {}", of(severity), severity.word()))
         .collect();
     match capture.findings.len() {
+        0 if !capture.judged.is_empty() => "no findings in what was judged".to_owned(),
         0 => "no findings".to_owned(),
         all => format!("{} ({})", count(all, "finding", "findings"), each.join(", ")),
     }
@@ -193,7 +211,11 @@ fn connection(out: &mut String, number: usize, ar: &ConnectionReport) -> fmt::Re
     if let Some(layout) = &ar.layout {
         frames.push(format!("layout {layout}"));
     }
-    let frames = if frames.is_empty() { "established before the capture began".to_owned() } else { frames.join(", ") };
+    let mut frames =
+        if frames.is_empty() { "established before the capture began".to_owned() } else { frames.join(", ") };
+    if !ar.roles_known {
+        frames += "; which side is the controller is not in the capture";
+    }
     writeln!(
         out,
         "  connection {number} ({}, {}): {} -> {}; {frames}; in: {}; out: {}",

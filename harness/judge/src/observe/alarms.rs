@@ -94,7 +94,13 @@ impl Tracker {
             FrameDirection::ToController => (destination, source),
             FrameDirection::ToDevice => (source, destination),
         };
-        Some((self.add_established(Uuid::NIL, controller, device)?, direction))
+        let index = self.add_established(Uuid::NIL, controller, device)?;
+        // Both sides send an ERR-RTA; only one of them answers DCP as a device.
+        let shows_roles = !is_end || self.stations.is_device(device) != self.stations.is_device(controller);
+        if let Some(ar) = self.ars.get_mut(index as usize) {
+            ar.roles_known = shows_roles;
+        }
+        Some((index, direction))
     }
 
     /// Adds a connection that was established before the trace began.

@@ -232,6 +232,8 @@ pub struct AdoptedConnection {
 pub struct ObservedAr {
     pub uuid: Uuid,
     pub role: Role,
+    /// Whether the trace shows which side is the controller; an ERR-RTA alone does not.
+    pub roles_known: bool,
     pub controller: Party,
     pub device: Party,
     /// The submodules; empty for a connection without cyclic exchange.
@@ -265,6 +267,7 @@ impl ObservedAr {
         ObservedAr {
             uuid: Uuid::NIL,
             role: Role::Exchange,
+            roles_known: true,
             controller,
             device,
             submodules: Vec::new(),

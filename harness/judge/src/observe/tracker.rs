@@ -292,7 +292,10 @@ impl Tracker {
         if let Ok(frame) = CyclicFrame::parse_to_end(received.payload) {
             let (source, destination) = (received.header.source, received.header.destination);
             let (counter, data) = (frame.status.cycle_counter, frame.data);
-            sink(&self.ars, Observation::Traffic(Traffic::Stray { source, destination, frame_id, counter, data }));
+            let octets = received.payload.get(CyclicFrame::DATA_OFFSET..).unwrap_or_default();
+            let at = received.at() + CyclicFrame::DATA_OFFSET;
+            let stray = Traffic::Stray { source, destination, frame_id, counter, data, octets, at };
+            sink(&self.ars, Observation::Traffic(stray));
         }
         if let Some(stray) = self.strays.get_mut(&key) {
             stray.frames += 1;

@@ -43,6 +43,10 @@ pub enum Traffic<'a> {
         counter: u16,
         /// The data area, including padding.
         data: &'a [u8],
+        /// Everything after the FrameID, to the end of the frame.
+        octets: &'a [u8],
+        /// The offset of these bytes in the frame.
+        at: usize,
     },
     /// A device reported other modules than the controller expects.
     ModulesDiffer { ar: ArId, diff: &'a ModuleDiffBlock },

@@ -67,6 +67,8 @@ pub enum CaptureBlame {
     Network,
     /// The capture shows too little, or is damaged.
     Capture,
+    /// One of two sides, and the capture does not show which.
+    Undecided,
 }
 
 impl CaptureBlame {
@@ -77,6 +79,7 @@ impl CaptureBlame {
             CaptureBlame::Controller => "controller",
             CaptureBlame::Network => "network",
             CaptureBlame::Capture => "capture",
+            CaptureBlame::Undecided => "undecided",
         }
     }
 }

@@ -9,6 +9,7 @@ mod timeline;
 use super::finding::{CaptureFinding, ContextFrame};
 use super::read::order::OrderedFrame;
 use super::report::{CaptureReport, ConnectionReport, DamageReport};
+use super::text::not_judged;
 use super::walk::{CaptureVisitor, walk};
 use judge::observe::{Observation, ObservedAr};
 use packets::{PacketData, Packets};
@@ -209,6 +210,7 @@ fn facts(report: &CaptureReport) -> Vec<(String, String)> {
         let text = format!("{}; the first {MOST_FINDINGS} are shown", report.findings.len());
         facts.push(("findings".to_owned(), text));
     }
+    facts.extend(not_judged(report).into_iter().map(|line| ("not judged".to_owned(), line)));
     facts
 }
 

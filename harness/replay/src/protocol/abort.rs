@@ -141,6 +141,10 @@ impl Aborts {
             }
             _ => (FindingSeverity::Error, own, ""),
         };
+        let blame = match blame {
+            CaptureBlame::Device | CaptureBlame::Controller if !ar.roles_known => CaptureBlame::Undecided,
+            blame => blame,
+        };
         let why = status(code);
         let text = format!("{who} ended the connection: {why}{hint}; before that: {}", went.join("; "));
         findings.add(ABORTED.finding(severity, blame, now.frame, text).ar(id).observed(why));

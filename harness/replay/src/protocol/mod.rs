@@ -16,13 +16,15 @@ mod slaves;
 mod start;
 mod stations;
 mod status;
+mod streams;
 pub mod table;
 mod text;
 mod topology;
 
 use super::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
+use super::report::StreamCoverage;
 use coverage::{CaptureCoverage, FindingList};
-use judge::observe::{DpTracker, Observation, ObservedAr, Tracker};
+use judge::observe::{DpTracker, Observation, ObservedAr, Tracker, Traffic};
 use station::Time;
 use suite::device::Bus;
 use wire::datagram::arp::Arp;
@@ -38,6 +40,7 @@ pub(super) struct ProtocolChecks {
     calls: calls::CallCheck,
     cyclic: cyclic::CyclicFlows,
     status: status::StatusChecks,
+    streams: streams::StrayStreams,
     abort: abort::Aborts,
     alarms: alarms::AlarmCheck,
     stations: stations::StationCheck,
@@ -88,6 +91,10 @@ impl ProtocolChecks {
             self.status.observe(sight.now, ars, observation, findings);
             return;
         }
+        if let Observation::Traffic(Traffic::Stray { .. }) = observation {
+            self.streams.observe(sight.now, observation, findings);
+            return;
+        }
         self.abort.observe(sight.now, ars, observation, findings);
         self.start.observe(sight.now, ars, observation, findings);
         self.calls.observe(sight.now, ars, observation, findings);
@@ -104,8 +111,8 @@ impl ProtocolChecks {
         self.findings.noted_frames()
     }
 
-    /// All findings; the connections of slaves have their own numbering.
-    pub fn end(self, tracker: &Tracker, slaves: &DpTracker) -> Vec<CaptureFinding> {
+    /// All findings, and what of the cyclic frames without a Connect was judged; the connections of slaves have their own numbering.
+    pub fn end(self, tracker: &Tracker, slaves: &DpTracker) -> (Vec<CaptureFinding>, Vec<StreamCoverage>) {
         let ProtocolChecks { mut sight, mut findings, .. } = self;
         let ars = tracker.ars();
         for ar in ars {
@@ -124,6 +131,7 @@ impl ProtocolChecks {
         self.calls.end(&sight, ars, &mut findings);
         self.cyclic.end(&sight, ars, &mut findings);
         self.status.end(&sight, ars, &mut findings);
+        let streams = self.streams.end(&sight, ars, &mut findings);
         self.alarms.end(&sight, ars, &mut findings);
         self.stations.end(&sight, &mut findings);
         self.topology.end(&sight, &mut findings);
@@ -143,6 +151,6 @@ impl ProtocolChecks {
             };
             findings.add(table::NOTHING.finding(FindingSeverity::Error, CaptureBlame::Capture, sight.now.frame, text));
         }
-        findings.end()
+        (findings.end(), streams)
     }
 }

@@ -8,8 +8,14 @@ pub(super) fn of(ars: &[ObservedAr], ArId(index): ArId) -> Option<&ObservedAr> {
     ars.get(index as usize)
 }
 
-/// The sender of a direction, with its role in the connection.
+/// The sender of a direction, with its role in the connection; a letter where the capture does not show the roles.
 pub(super) fn sender(ar: &ObservedAr, direction: FrameDirection) -> String {
+    if !ar.roles_known {
+        return match direction {
+            FrameDirection::ToController => format!("station A ({})", party(&ar.device)),
+            FrameDirection::ToDevice => format!("station B ({})", party(&ar.controller)),
+        };
+    }
     match (direction, ar.controller.address) {
         (FrameDirection::ToController, Address::Mac(_)) => format!("device {}", party(&ar.device)),
         (FrameDirection::ToController, Address::Fdl(_)) => format!("slave {}", party(&ar.device)),

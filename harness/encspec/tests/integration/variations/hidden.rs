@@ -63,6 +63,11 @@ pub const ALWAYS: &[HiddenBugs] = &[
         &["month-before-day"],
         "the order of the parts is the only difference, and the variation replaces it",
     ),
+    hidden(
+        &["diagnosis-announced-again"],
+        &["diagnosis-fetched-by-anybody"],
+        "the announcement comes again whoever has fetched it",
+    ),
     hidden(&["diagnosis-in-portions"], &["one-header-for-two-blocks"], "each response has one block"),
     hidden(
         &["error-cleared-step-by-step"],

@@ -1,0 +1,232 @@
+//! The findings on streams without a Connect, and what of them was judged.
+
+use super::super::coverage::{CaptureCoverage, FindingList};
+use super::super::table::{
+    CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ProtocolCheck, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP,
+};
+use super::super::text::{party, span};
+use super::{CounterGap, Reading, StatusWatch, StrayStream, WATCHDOG};
+use crate::finding::{CaptureBlame, FindingSeverity};
+use crate::report::StreamCoverage;
+use judge::observe::{Address, ObservedAr, Party};
+use station::Duration;
+use wire::ethernet::Mac;
+
+/// What lasts longer than so many watchdogs in a running machine is an error.
+const WATCHDOGS: u32 = 3;
+/// A counter that is wrong this often is wrong on purpose.
+const OFTEN: u64 = 3;
+
+/// Who sends a stream, and whom a finding on it blames.
+struct StreamSender {
+    text: String,
+    blame: CaptureBlame,
+    peer: String,
+}
+
+/// Reports what is wrong in a stream.
+pub(super) fn report(
+    stream: &StrayStream,
+    all: &[StrayStream],
+    sight: &CaptureCoverage,
+    ars: &[ObservedAr],
+    findings: &mut FindingList,
+) {
+    let who = sender(stream, all, ars);
+    statuses(stream, &who, findings);
+    counter(stream, &who, findings);
+    lost(stream, all, &who, findings);
+    silence(stream, all, sight, ars, &who, findings);
+}
+
+/// What of a stream was judged.
+pub(super) fn coverage(stream: &StrayStream) -> StreamCoverage {
+    let (source, destination, frame_id) = stream.name;
+    let (judged, mut why) = match &stream.reading {
+        Reading::Located(_) if stream.unread < stream.frames => {
+            ("status", "its Connect is not in the capture, so its contents were not judged".to_owned())
+        }
+        _ => ("nothing", "neither its Connect nor the place of its status is in the capture".to_owned()),
+    };
+    if judged == "status" && stream.unevaluated > 0 {
+        why += &format!("; the status of {} frames is that of a backup or to be ignored", stream.unevaluated);
+    }
+    if judged == "status" && stream.unread > 0 {
+        why += &format!("; {} frames are too short", stream.unread);
+    }
+    let [source, destination] = [source, destination].map(|mac| mac.to_string());
+    StreamCoverage { source, destination, frame_id, frames: stream.frames, judged, why }
+}
+
+/// Its role is known if the capture shows a call of both stations; otherwise the first of a pair that sends is station A.
+fn sender(stream: &StrayStream, all: &[StrayStream], ars: &[ObservedAr]) -> StreamSender {
+    let (source, destination, _) = stream.name;
+    let known = ars.iter().filter(|ar| ar.roles_known).find_map(|ar| {
+        if (ar.device.mac(), ar.controller.mac()) == (source, destination) {
+            Some(("device", &ar.device, "controller", &ar.controller, CaptureBlame::Device))
+        } else if (ar.controller.mac(), ar.device.mac()) == (source, destination) {
+            Some(("controller", &ar.controller, "device", &ar.device, CaptureBlame::Controller))
+        } else {
+            None
+        }
+    });
+    match known {
+        Some((own, one, others, other, blame)) => {
+            StreamSender { text: format!("{own} {}", party(one)), blame, peer: format!("{others} {}", party(other)) }
+        }
+        None => {
+            let pair = |of: &&StrayStream| {
+                let (from, to, _) = of.name;
+                (from, to) == (source, destination) || (from, to) == (destination, source)
+            };
+            let first = all.iter().find(pair).map_or(source, |of| of.name.0);
+            let text = |mac: Mac| {
+                let letter = if mac == first { 'A' } else { 'B' };
+                format!("station {letter} ({})", party(&Party::at(Address::Mac(mac))))
+            };
+            StreamSender { text: text(source), blame: CaptureBlame::Undecided, peer: text(destination) }
+        }
+    }
+}
+
+/// Reports STOP, problem and invalid data.
+fn statuses(stream: &StrayStream, who: &StreamSender, findings: &mut FindingList) {
+    let named = [
+        (STATUS_STOP, "is in STOP state", "RUN", 4),
+        (STATUS_PROBLEM, "reports a problem", "no problem", 5),
+        (STATUS_INVALID, "marks its data as invalid", "valid data", 2),
+    ];
+    for ((check, what, expected, bit), watch) in named.into_iter().zip(&stream.states) {
+        let Some(first) = watch.first else { continue };
+        // A single odd frame may be damage of the capture.
+        if watch.frames == 1 && watch.since.is_none() {
+            let text = format!("a single frame of {} {what}; the capture may be damaged here", who.text);
+            findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, CaptureBlame::Capture, first.frame, text));
+            continue;
+        }
+        let severity = severity(check, stream, watch);
+        let from = if first.frame == stream.first.frame { "from its first frame" } else { "from this frame on" };
+        let until = match (watch.since.is_some(), watch.times) {
+            (true, 1) => "until its last frame".to_owned(),
+            (true, times) => format!("{times} times, last until its last frame"),
+            (false, 1) => format!("until frame {}", watch.ended),
+            (false, times) => format!("{times} times until frame {}", watch.ended),
+        };
+        let text = format!("{} {what} {from}, {until}; longest duration {}", who.text, span(watch.longest));
+        findings
+            .add(check.finding(severity, who.blame, first.frame, text).at(watch.octet, Some(bit)).expected(expected));
+    }
+}
+
+/// A machine whose provider stands, or whose data are invalid, for the whole capture or for long does not run.
+fn severity(check: &ProtocolCheck, stream: &StrayStream, watch: &StatusWatch) -> FindingSeverity {
+    let is_whole = watch.frames + stream.unread + stream.unevaluated == stream.frames;
+    match check == STATUS_PROBLEM {
+        true => FindingSeverity::Warning,
+        false if is_whole || watch.longest > WATCHDOG * WATCHDOGS => FindingSeverity::Error,
+        false => FindingSeverity::Warning,
+    }
+}
+
+fn counter(stream: &StrayStream, who: &StreamSender, findings: &mut FindingList) {
+    let (still, jumps) = (stream.counter.still, stream.counter.jumps);
+    if still.0 >= OFTEN && still.0 * 2 > stream.frames {
+        let text = format!("the cycle counter of {} stands still in {} of {} frames", who.text, still.0, stream.frames);
+        findings.add(CYCLE_COUNTER.finding(FindingSeverity::Warning, who.blame, still.1, text));
+    }
+    if jumps.0 >= OFTEN {
+        let text = format!(
+            "the cycle counter of {} advances by another step than its usual one in {} of {} frames, although they come in time",
+            who.text, jumps.0, stream.frames
+        );
+        findings.add(CYCLE_COUNTER.finding(FindingSeverity::Warning, who.blame, jumps.1, text));
+    }
+}
+
+/// Reports missing frames; gaps of several senders at the same time are gaps of the capture.
+fn lost(stream: &StrayStream, all: &[StrayStream], who: &StreamSender, findings: &mut FindingList) {
+    let counter = &stream.counter;
+    let length = |gap: &&CounterGap| gap.to.time.since(gap.from.time);
+    let Some(longest) = counter.gaps.iter().max_by_key(length) else { return };
+    let meets = |gap: &CounterGap, of: &CounterGap| of.from.time < gap.to.time && gap.from.time < of.to.time;
+    let others = || all.iter().filter(|other| other.name.0 != stream.name.0).flat_map(|other| &other.counter.gaps);
+    let shared = counter.gaps.iter().filter(|gap| others().any(|of| meets(gap, of))).count();
+    let what = format!(
+        "{} of {} cyclic frames of {} are missing in {} gaps; the longest gap lasts {} (frame {})",
+        counter.missing,
+        stream.frames + counter.missing,
+        who.text,
+        counter.places,
+        span(length(&longest)),
+        longest.to.frame,
+    );
+    let (check, severity, blame, text) = if shared * 2 > counter.gaps.len() {
+        let text =
+            format!("{what}; {shared} of these gaps coincide with gaps of other senders: the capture lost the frames");
+        (CAPTURE_GAP, FindingSeverity::Info, CaptureBlame::Capture, text)
+    } else {
+        let severity = if counter.missing > 2 { FindingSeverity::Warning } else { FindingSeverity::Info };
+        let text = format!("{what}; they were lost on the network or by a mirror port, or not sent");
+        (CYCLE_LOST, severity, CaptureBlame::Undecided, text)
+    };
+    findings.add(check.finding(severity, blame, longest.to.frame, text));
+}
+
+/// Reports a stream that paused, or ended before the capture, for longer than the longest watchdog.
+fn silence(
+    stream: &StrayStream,
+    all: &[StrayStream],
+    sight: &CaptureCoverage,
+    ars: &[ObservedAr],
+    who: &StreamSender,
+    findings: &mut FindingList,
+) {
+    let limit = span(WATCHDOG);
+    if stream.longest.0 > WATCHDOG {
+        let text = format!(
+            "{} sent no cyclic frame for {}; the agreed watchdog is not in the capture, the longest possible one is {limit}",
+            who.text,
+            span(stream.longest.0)
+        );
+        findings.add(CYCLE_SILENT.finding(FindingSeverity::Error, who.blame, stream.longest.1, text));
+    }
+    let Some(quiet) = sight.now.since(stream.last).filter(|quiet| *quiet > WATCHDOG) else { return };
+    let (source, destination, _) = stream.name;
+    let of_pair = |one: Mac, other: Mac| (one, other) == (source, destination) || (one, other) == (destination, source);
+    // What ended or replaced the connection is reported by itself, or is no fault.
+    let is_explained = ars.iter().filter(|ar| of_pair(ar.controller.mac(), ar.device.mac())).any(|ar| {
+        let later = |frame: Option<u64>| frame.is_some_and(|frame| frame >= stream.first.frame);
+        later(ar.connect_frame)
+            || later(ar.release_frame)
+            || later(ar.abort.map(|(frame, _)| frame))
+            || ar.inputs.frames + ar.outputs.frames > 0
+    });
+    if is_explained {
+        return;
+    }
+    let other = all.iter().find(|other| (other.name.0, other.name.1) == (destination, source));
+    let went_on = other.map_or(Duration::ZERO, |other| other.last.time.since(stream.last.time));
+    let went_on_first = other.is_some_and(|other| stream.last.time > other.last.time);
+    if went_on_first {
+        return;
+    }
+    let (severity, blame, text) = if went_on > WATCHDOG / 2 {
+        let text = format!(
+            "{} sent its last cyclic frame {} before the end of the capture, while {} went on for {}",
+            who.text,
+            span(quiet),
+            who.peer,
+            span(went_on)
+        );
+        (FindingSeverity::Error, who.blame, text)
+    } else {
+        let text = format!(
+            "{} and the other side sent their last cyclic frames {} before the end of the capture, without a Release or an ERR-RTA: the \
+             link was interrupted, or the capture ended for them",
+            who.text,
+            span(quiet)
+        );
+        (FindingSeverity::Warning, CaptureBlame::Undecided, text)
+    };
+    findings.add(CYCLE_SILENT.finding(severity, blame, stream.last.frame, text));
+}
