@@ -5,6 +5,7 @@
 //! module must not know frames.
 
 use super::action::ControllerAction;
+use expression::Value;
 use plain_text::hex;
 use station::Time;
 use std::collections::BTreeMap;
@@ -36,6 +37,18 @@ impl SuiteValue {
         match words.iter().find(|(_, known)| *known == number) {
             Some((word, _)) => SuiteValue { text: word.clone(), number: Some(number) },
             None => SuiteValue::number(number, width, signed),
+        }
+    }
+
+    /// A number with a fraction; noise is counted in its whole part. What is no number is a word.
+    pub fn fraction(value: &Value) -> SuiteValue {
+        match value {
+            Value::Number(number) => {
+                let text = number.to_string();
+                let text = if text.contains('/') { format!("\"= {text}\"") } else { text };
+                SuiteValue { text, number: number.round().as_whole() }
+            }
+            _ => SuiteValue::word("no-number"),
         }
     }
 
@@ -97,6 +110,8 @@ pub struct FramePosition {
     pub low: u32,
     /// The number of bits used.
     pub width: u32,
+    /// Whether the least significant byte comes first.
+    pub little_endian: bool,
 }
 
 impl FramePosition {
@@ -106,7 +121,8 @@ impl FramePosition {
         let different = one.zip(other).map_or(mask, |(one, other)| (one ^ other) & mask);
         let highest = self.low + (i128::BITS - 1).saturating_sub(different.leading_zeros());
         let after = (highest / 8) as usize;
-        let octet = self.octet + (self.octets.saturating_sub(1)).saturating_sub(after);
+        let before = if self.little_endian { after } else { self.octets.saturating_sub(1).saturating_sub(after) };
+        let octet = self.octet + before;
         (octet, (self.width == 1).then_some((highest % 8) as u8))
     }
 }

@@ -17,11 +17,13 @@ pub struct CyclicOutputs {
     paused: bool,
 }
 
-/// An output signal: a number, most significant byte first.
+/// An output signal: a number, most significant byte first unless it says otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OutputSignal {
     /// Length in bytes, at most eight.
     pub bytes: usize,
+    /// Whether the least significant byte comes first.
+    pub little_endian: bool,
     /// Fields that count by themselves, such as a sign of life.
     pub counters: Vec<SignalCounter>,
 }
@@ -54,6 +56,7 @@ pub enum CounterMode {
 #[derive(Clone, Debug)]
 struct OutputState {
     bytes: usize,
+    little_endian: bool,
     /// The value that was set.
     set: u64,
     /// The value in the last frame.
@@ -74,8 +77,9 @@ struct OutputSubmodule {
 impl CyclicOutputs {
     /// Declares the signals, numbered in this order, all 0 and with all counters counting.
     pub fn declare(&mut self, signals: impl IntoIterator<Item = OutputSignal>) {
-        let output = |OutputSignal { bytes, counters }| OutputState {
+        let output = |OutputSignal { bytes, little_endian, counters }| OutputState {
             bytes: usize::min(bytes, 8),
+            little_endian,
             set: 0,
             sent: 0,
             counters: counters.into_iter().map(|counter| (counter, CounterMode::default())).collect(),
@@ -102,7 +106,7 @@ impl CyclicOutputs {
 
     /// Declares `length` signals of one byte each and assigns them to one submodule.
     pub fn declare_bytes(&mut self, slot: u16, subslot: u16, length: usize) {
-        self.declare((0..length).map(|_| OutputSignal { bytes: 1, counters: Vec::new() }));
+        self.declare((0..length).map(|_| OutputSignal { bytes: 1, ..OutputSignal::default() }));
         self.lay_out([((slot, subslot), &*(0..length).collect::<Vec<_>>())]);
     }
 
@@ -180,7 +184,7 @@ impl CyclicOutputs {
         for signal in signals.iter().filter_map(|number| self.signals.get(*number)) {
             let length = rest.len().min(signal.bytes);
             let (own, behind) = rest.split_at_mut(length);
-            own.copy_from_slice(&signal.sent.to_be_bytes()[8 - signal.bytes..][..length]);
+            own.copy_from_slice(&signal.encode(signal.sent)[..length]);
             rest = behind;
         }
     }
@@ -214,14 +218,30 @@ impl OutputState {
         at_bits.for_each(|(_, now)| *now = mode);
     }
 
+    /// A number in the bytes of the wire; those beyond the length of the signal mean nothing.
+    fn encode(&self, number: u64) -> [u8; 8] {
+        if self.little_endian {
+            number.to_le_bytes()
+        } else {
+            (number << (64 - 8 * self.bytes.clamp(1, 8))).to_be_bytes()
+        }
+    }
+
+    fn decode(&self, bytes: [u8; 8]) -> u64 {
+        let unused = 64 - 8 * self.bytes.clamp(1, 8);
+        if self.little_endian {
+            u64::from_le_bytes(bytes) << unused >> unused
+        } else {
+            u64::from_be_bytes(bytes) >> unused
+        }
+    }
+
     /// Computes the next value; `given` bytes replace the value that was set.
     fn step(&mut self, given: &[u8]) {
-        let mut bytes = self.set.to_be_bytes();
+        let mut bytes = self.encode(self.set);
         let length = given.len().min(self.bytes);
-        if length > 0 {
-            bytes[8 - self.bytes..][..length].copy_from_slice(&given[..length]);
-        }
-        let mut next = u64::from_be_bytes(bytes);
+        bytes[..length].copy_from_slice(&given[..length]);
+        let mut next = self.decode(bytes);
         for (counter, mode) in &self.counters {
             let bits = mask(counter.low, counter.width);
             let last = (self.sent & bits).checked_shr(counter.low).unwrap_or(0);

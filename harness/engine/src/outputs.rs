@@ -39,7 +39,8 @@ pub fn declare(device: &DeviceDescription, outputs: &mut CyclicOutputs) {
             let (first, last) = field.counts?;
             Some(SignalCounter { low: field.low, width: field.width, first: first.into(), last: last.into() })
         };
-        OutputSignal { bytes: of.width as usize / 8, counters: counting.filter_map(counter).collect() }
+        let (bytes, counters) = (of.width as usize / 8, counting.filter_map(counter).collect());
+        OutputSignal { bytes, little_endian: of.little_endian, counters }
     }));
 }
 

@@ -2,8 +2,9 @@
 
 use crate::draw::Draw;
 use compare::action::{ConnectAction, span};
+use compare::conversation::SuiteValue;
 use std::collections::BTreeSet;
-use suite::device::{DeviceDescription, DeviceSignal, NameKind, RecordField, SignalField};
+use suite::device::{DeviceDescription, DeviceSignal, NameKind, RecordField, SignalField, SignalForm};
 use suite::model::{ConnectionStart, Manual, SetValue, Setting, SuiteVariant, TrialStep, Verb};
 use suite::scan;
 
@@ -37,6 +38,9 @@ pub(crate) struct StartField {
     pub values: FieldValues,
 }
 
+/// Bits of the whole numbers that are drawn for a floating-point number.
+const FLOAT_BITS: u32 = 16;
+
 /// The values of a start parameter.
 pub(crate) enum FieldValues {
     Words(Vec<String>),
@@ -57,6 +61,8 @@ pub(crate) enum OutputChoices {
     Bit,
     Words(Vec<String>),
     Number(u32),
+    /// The values of so many bits that are a scaled number.
+    Scaled(SignalForm, u32),
     /// A sign of life.
     Counter,
 }
@@ -145,6 +151,7 @@ impl OutputChoices {
             OutputChoices::Bit => "1".to_owned(),
             OutputChoices::Words(words) => draw.one(words).cloned().unwrap_or_default(),
             OutputChoices::Number(width) => draw.number(*width).to_string(),
+            OutputChoices::Scaled(form, width) => scaled(*form, draw.number(*width), *width),
             OutputChoices::Counter if draw.chance(60) => "held".to_owned(),
             OutputChoices::Counter => draw.between(0, 15).to_string(),
         }
@@ -154,6 +161,7 @@ impl OutputChoices {
     pub fn rest(&self) -> String {
         match self {
             OutputChoices::Bit | OutputChoices::Number(_) => "0".to_owned(),
+            OutputChoices::Scaled(form, width) => scaled(*form, 0, *width),
             OutputChoices::Words(words) => words.first().cloned().unwrap_or_default(),
             OutputChoices::Counter => "counting".to_owned(),
         }
@@ -178,6 +186,10 @@ fn start_field(field: &RecordField) -> StartField {
     StartField { name: field.name.clone(), values }
 }
 
+fn scaled(form: SignalForm, raw: u64, width: u32) -> String {
+    SuiteValue::fraction(&form.value(raw.into(), width)).text
+}
+
 fn outputs(signal: &DeviceSignal) -> Vec<(String, OutputChoices)> {
     let field = |field: &SignalField| {
         let words = || field.words.iter().map(|(word, _)| word.clone()).collect();
@@ -191,7 +203,14 @@ fn outputs(signal: &DeviceSignal) -> Vec<(String, OutputChoices)> {
     };
     if signal.fields.is_empty() {
         let width = if signal.signed { signal.width - 1 } else { signal.width };
-        return vec![(signal.name.clone(), OutputChoices::Number(width))];
+        let choices = match signal.form {
+            SignalForm::Whole => OutputChoices::Number(width),
+            // What a computer takes for a small number and a person can read.
+            SignalForm::Float => OutputChoices::Number(FLOAT_BITS),
+            SignalForm::Scaled { .. } => OutputChoices::Scaled(signal.form, width),
+            SignalForm::Text => return Vec::new(),
+        };
+        return vec![(signal.name.clone(), choices)];
     }
     signal.fields.iter().map(field).collect()
 }

@@ -3,7 +3,7 @@
 use super::Truth;
 use super::answer;
 use super::format::plain;
-use super::image::big_endian;
+use super::image::{big_endian, little_endian};
 use super::page;
 use super::view::NameView;
 use expression::{BytePattern, CircularPosition, HistoryState, NameId, NameValues, OrderOperator, Program, Value};
@@ -162,12 +162,13 @@ fn is_same_position(name: &str, (expected, observed): (&[u8], &[u8]), view: &Nam
     };
     let found = view.variant.names.iter().enumerate().find_map(|(index, kind)| match kind {
         NameKind::Signal { signal, field: None, circle: Some(_), shift, .. } if is_named(*signal) => {
-            Some((NameId(u32::try_from(index).ok()?), *shift))
+            Some((NameId(u32::try_from(index).ok()?), *shift, view.image.is_little_endian(*signal)))
         }
         _ => None,
     });
-    let Some((name, shift)) = found else { return false };
-    let (expected, observed) = (big_endian(expected), big_endian(observed));
+    let Some((name, shift, is_little_endian)) = found else { return false };
+    let number = if is_little_endian { little_endian } else { big_endian };
+    let (expected, observed) = (number(expected), number(observed));
     let Value::Place(place @ CircularPosition { is_code: false, .. }) = view.value(name) else { return false };
     let same_rest = (expected ^ observed) & ((1 << shift) - 1) == 0;
     let expected = Value::place(expected >> shift, place.steps());

@@ -1,7 +1,7 @@
 //! Formats numbers and values for reports.
 
 use expression::{FormattedValue, Number, Type, Value};
-use suite::device::SignalField;
+use suite::device::{SignalField, SignalForm};
 use suite::words;
 
 /// Formats a value without a name.
@@ -31,6 +31,19 @@ pub(super) fn left_aligned(value: &Value, shift: u32, width: u32) -> String {
         },
         _ => plain(value),
     }
+}
+
+/// Formats a value that is no whole number on the wire, with its raw value: `23.5, on the wire 0x00EB`.
+pub(super) fn converted(value: &Value, form: SignalForm, width: u32, signed: bool) -> String {
+    let Value::Number(number) = value else { return plain(value) };
+    // Seven digits tell numbers of 32 bits apart, and say more of one of 64 bits than a person compares.
+    let text = match form {
+        SignalForm::Float => (number.to_f64() as f32).to_string(),
+        SignalForm::Whole | SignalForm::Scaled { .. } | SignalForm::Text => number.to_string(),
+    };
+    let Some(raw) = form.raw(value, width) else { return text };
+    let raw = if signed { raw & ((1 << width) - 1) } else { raw };
+    format!("{text}, on the wire 0x{raw:0digits$X}", digits = width as usize / 4)
 }
 
 /// Formats a number as `0x00012345 (74565)`; small numbers in decimal only.

@@ -115,6 +115,8 @@ pub struct ObservedDiagnosis {
 #[derive(Clone, Debug)]
 pub struct ConnectionImage {
     signals: Vec<Option<(FrameDirection, Range<usize>)>>,
+    /// Whether the least significant byte of each signal comes first.
+    little_endian: Vec<bool>,
     submodules: Vec<SubmoduleOffsets>,
     inputs: Area,
     outputs: Area,
@@ -175,6 +177,7 @@ impl ConnectionImage {
     pub fn new(device: &DeviceDescription) -> ConnectionImage {
         ConnectionImage {
             signals: vec![None; device.signals.len()],
+            little_endian: device.signals.iter().map(|signal| signal.little_endian).collect(),
             submodules: vec![SubmoduleOffsets::default(); device.submodules.len()],
             inputs: Area::default(),
             outputs: Area::default(),
@@ -493,7 +496,20 @@ impl ConnectionImage {
         if !(self.stands && area.seen && area.good) {
             return None;
         }
-        area.octets.get(octets.clone()).map(big_endian)
+        let octets = area.octets.get(octets.clone())?;
+        Some(if self.is_little_endian(signal) { little_endian(octets) } else { big_endian(octets) })
+    }
+
+    /// Whether the least significant byte of a signal comes first.
+    pub fn is_little_endian(&self, signal: usize) -> bool {
+        self.little_endian.get(signal).is_some_and(|is_so| *is_so)
+    }
+
+    /// The bytes of a signal, if they are known.
+    pub fn signal_octets(&self, signal: usize) -> Option<&[u8]> {
+        let (direction, octets) = self.signals.get(signal)?.as_ref()?;
+        let area = self.area(*direction);
+        area.octets.get(octets.clone()).filter(|_| self.stands && area.seen && area.good)
     }
 
     /// The direction of a signal and its range in the data area.
@@ -656,6 +672,11 @@ fn is_good(status: CyclicStatus) -> bool {
 /// The big-endian number in up to 8 bytes.
 pub fn big_endian(octets: &[u8]) -> u64 {
     octets.iter().fold(0, |number, &octet| (number << 8) | u64::from(octet))
+}
+
+/// The little-endian number in up to 8 bytes.
+pub fn little_endian(octets: &[u8]) -> u64 {
+    octets.iter().rev().fold(0, |number, &octet| (number << 8) | u64::from(octet))
 }
 
 /// The number of a field in the bytes of a record.

@@ -374,9 +374,10 @@ impl Inputs {
     fn add_signal(&mut self, signal: usize, low: u32, width: u32, image: &ConnectionImage) {
         let Some((direction, octets)) = image.octets_of_signal(signal) else { return };
         let count = octets.len();
+        let is_little_endian = image.is_little_endian(signal);
         for (index, octet) in octets.enumerate() {
-            // The last byte holds bits 0 to 7.
-            let first = (count - 1 - index) as u32 * 8;
+            // Of a big-endian number the last byte holds bits 0 to 7.
+            let first = if is_little_endian { index } else { count - 1 - index } as u32 * 8;
             let meant = (0..8).filter(|bit| (low..low.saturating_add(width)).contains(&(first + bit)));
             let bits = meant.fold(0u8, |bits, bit| bits | 1 << bit);
             self.mask(direction).add(octet, bits);

@@ -2,7 +2,7 @@
 
 use super::answer::ReceivedReply;
 use super::diagnosis;
-use super::format::{builtin, hex, left_aligned, plain, set_bits};
+use super::format::{builtin, converted, hex, left_aligned, plain, set_bits};
 use super::image::{ConnectionImage, CurrentEvent};
 use super::parameter_cache::{ParameterCache, ParameterVersion};
 use super::{JudgeTick, TickKind};
@@ -11,7 +11,10 @@ use expression::{HistoryState, NameValues, Number, Program, Value};
 use station::{Duration, Time};
 use std::cell::RefCell;
 use std::net::Ipv4Addr;
-use suite::device::{BenchName, DeviceDescription, DiagnosisName, EventName, NameId, NameKind, SignalField, UpdatedAt};
+use suite::device::{
+    BenchName, DeviceDescription, DiagnosisName, EventName, NameId, NameKind, SignalField, SignalForm, UpdatedAt,
+    text_of,
+};
 use suite::model::{AnswerPart, SuiteVariant};
 use suite::words;
 
@@ -156,6 +159,12 @@ impl NameView<'_> {
         {
             return left_aligned(value, shift, width);
         }
+        if let Some(&NameKind::Signal { signal, field: None, signed, .. }) = self.kind(name)
+            && let Some(signal) = self.device.signals.get(signal)
+            && let SignalForm::Scaled { .. } | SignalForm::Float = signal.form
+        {
+            return converted(value, signal.form, signal.width, signed);
+        }
         if let (Value::Set(codes), Some(slave)) = (value, self.device.profibus()) {
             let table = slave.diagnosis.blocks.as_ref().map(|blocks| &blocks.table);
             let word = |code: &i64| {
@@ -242,7 +251,14 @@ impl NameView<'_> {
     fn known(&self, name: NameId) -> Option<Value> {
         Some(match self.kind(name)? {
             NameKind::Signal { signal, low, width, signed, field, circle, code_when, shift } => {
+                let form = self.device.signals.get(*signal)?.form;
+                if form == SignalForm::Text {
+                    return Some(Value::text(text_of(self.image.signal_octets(*signal)?)));
+                }
                 let number = bits(self.image.signal(*signal)?, *low, *width, *signed);
+                if form != SignalForm::Whole {
+                    return Some(form.value(number, *width));
+                }
                 let field = field.and_then(|field| self.device.signals.get(*signal)?.fields.get(field));
                 let Some(number) = steps(number, *shift) else { return Some(fraction(number, *shift)) };
                 match circle {
@@ -405,6 +421,7 @@ impl NameValues for NameView<'_> {
         let whole = match self.kind(name)? {
             NameKind::Signal { signal, low, width, signed, field: None, shift, .. } => {
                 match self.image.signal(*signal) {
+                    _ if self.device.signals.get(*signal)?.form != SignalForm::Whole => return None,
                     Some(number) => Some(steps(bits(number, *low, *width, *signed), *shift)?),
                     None => None,
                 }

@@ -14,10 +14,11 @@ pub fn place_of(name: NameId, view: &NameView<'_>) -> Option<WirePosition> {
     match view.variant.names.get(name.0 as usize)? {
         NameKind::Signal { signal, low, width, .. } => {
             let (frame, octet) = view.image.place_of(*signal)?;
-            let octets = view.device.signals.get(*signal)?.width / 8;
-            let last = octets.saturating_sub(1).saturating_sub(low / 8) as usize;
-            let first = octets.saturating_sub(1).saturating_sub((low + width - 1) / 8) as usize;
-            Some((frame, octet + first.min(last), (*width == 1).then_some((low % 8) as u8)))
+            let of = view.device.signals.get(*signal)?;
+            // The byte that comes first of those with bits of the name.
+            let first =
+                if of.little_endian { low / 8 } else { (of.width / 8 - 1).saturating_sub((low + width - 1) / 8) };
+            Some((frame, octet + first as usize, (*width == 1).then_some((low % 8) as u8)))
         }
         NameKind::Diagnosis(name) => {
             let place = view.image.diagnosis()?.place;

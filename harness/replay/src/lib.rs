@@ -6,6 +6,7 @@
 #![allow(missing_docs, reason = "an internal crate; names that say everything have no sentence")]
 
 mod against;
+mod annotate;
 mod clock;
 mod dcp;
 mod decode;
@@ -22,6 +23,7 @@ mod text;
 mod walk;
 
 pub use against::{AgainstReport, DifferenceReport, LeftOutReport};
+pub use annotate::{CannotAnnotate, annotate};
 pub use finding::{CaptureBlame, CaptureFinding, ContextFrame, FindingContext, FindingSeverity};
 pub use page::{PageCapture, chapter, page};
 pub use protocol::table::{CHECKS, ProtocolCheck};

@@ -8,6 +8,7 @@ mod observability;
 mod parameter_type;
 mod profibus;
 mod profinet;
+mod signal_form;
 mod timing;
 mod variant_identification;
 
@@ -19,6 +20,7 @@ pub use profibus::{
     DiagnosisBlocks, DiagnosisField, DiagnosisLayout, DiagnosisName, NUMBER_OCTETS, ProfibusFacts, UserPrmLayout,
 };
 pub use profinet::{ProfinetFacts, ProfinetIdentity};
+pub use signal_form::{SignalForm, text_of};
 pub use timing::{DeviceTiming, OurSpan, PATIENCE, PrintedSpan, STANDARD_TIMES};
 pub use variant_identification::{ExpectedNumber, VariantIdentification, VariantValue, VariantValueSource};
 
@@ -246,16 +248,19 @@ pub enum SignalSender {
     Device,
 }
 
-/// A value in the cyclic data, most significant byte first.
+/// A value in the cyclic data.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct DeviceSignal {
     /// Its name in the manual.
     pub name: String,
     pub from: SignalSender,
-    /// Width in bits: 8, 16, 32 or 64.
+    /// Width in bits: 8, 16, 32 or 64; of a text any number of whole bytes.
     pub width: u32,
     /// Whether it is a two's complement.
     pub signed: bool,
+    pub form: SignalForm,
+    /// Whether the least significant byte comes first.
+    pub little_endian: bool,
     /// Source of the value.
     pub origin: Origin,
     /// Expression for the size of the circle, if the signal is a position; compiled for each variant by the loader.

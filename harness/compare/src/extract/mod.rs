@@ -332,7 +332,7 @@ impl<'m> ConversationState<'m> {
             track.take(tick.time, tick.frame, value);
         }
         for (_, part) in carried(&self.inputs, image, FrameDirection::ToController) {
-            let value = part.number(image).map(|number| part.value(number));
+            let value = part.present(image);
             let track = self.conversation.tracks.entry(part.path.clone()).or_default();
             (track.measured, track.is_place) = (part.measured, part.is_place);
             track.stands = part.stands(image).or(track.stands);

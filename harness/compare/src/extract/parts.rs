@@ -3,7 +3,7 @@
 use crate::conversation::{FramePosition, SuiteValue};
 use judge::image::ConnectionImage;
 use judge::observe::FrameDirection;
-use suite::device::{DeviceDescription, SignalSender};
+use suite::device::{DeviceDescription, SignalForm, SignalSender, text_of};
 
 /// A name of cyclic data.
 #[derive(Clone, Debug)]
@@ -14,6 +14,7 @@ pub(super) struct CyclicName {
     low: u32,
     width: u32,
     signed: bool,
+    form: SignalForm,
     words: Vec<(String, i128)>,
     /// The first and the last number, if it counts by itself.
     pub counts: Option<(i128, i128)>,
@@ -24,9 +25,19 @@ pub(super) struct CyclicName {
 }
 
 impl CyclicName {
-    /// Its present number, if it has one.
+    /// Its present value, if it has one.
+    pub fn present(&self, image: &ConnectionImage) -> Option<SuiteValue> {
+        match self.form {
+            SignalForm::Text => Some(SuiteValue::word(format!("\"{}\"", text_of(image.signal_octets(self.signal)?)))),
+            SignalForm::Whole | SignalForm::Scaled { .. } | SignalForm::Float => {
+                self.number(image).map(|number| self.value(number))
+            }
+        }
+    }
+
+    /// Its present number on the wire, if it has one.
     pub fn number(&self, image: &ConnectionImage) -> Option<i128> {
-        let raw = image.signal(self.signal)?;
+        let raw = image.signal(self.signal).filter(|_| self.form != SignalForm::Text)?;
         let bits = u128::from(raw) >> self.low & ((1_u128 << self.width) - 1);
         let number = i128::try_from(bits).ok()?;
         let negative = self.signed && number >> (self.width - 1) != 0;
@@ -37,11 +48,15 @@ impl CyclicName {
     pub fn stands(&self, image: &ConnectionImage) -> Option<FramePosition> {
         let (_, octet) = image.place_of(self.signal)?;
         let (_, octets) = image.octets_of_signal(self.signal)?;
-        Some(FramePosition { octet, octets: octets.len(), low: self.low, width: self.width })
+        let little_endian = image.is_little_endian(self.signal);
+        Some(FramePosition { octet, octets: octets.len(), low: self.low, width: self.width, little_endian })
     }
 
-    /// A number of it as a value.
+    /// A number on the wire as a value.
     pub fn value(&self, number: i128) -> SuiteValue {
+        if self.form != SignalForm::Whole {
+            return SuiteValue::fraction(&self.form.value(number, self.width));
+        }
         SuiteValue::of_table(number, self.width, self.signed, &self.words)
     }
 
@@ -66,6 +81,7 @@ pub(super) fn parts(device: &DeviceDescription, variant: usize, from: SignalSend
                 low: shift,
                 width: signal.width - shift,
                 signed: signal.signed,
+                form: signal.form,
                 words: Vec::new(),
                 counts: None,
                 measured: signal.width >= 16,
@@ -79,6 +95,7 @@ pub(super) fn parts(device: &DeviceDescription, variant: usize, from: SignalSend
                 low: field.low,
                 width: field.width,
                 signed: field.signed,
+                form: SignalForm::Whole,
                 words: field.words.clone(),
                 counts: field.counts.map(|(first, last)| (first.into(), last.into())),
                 measured: field.words.is_empty() && field.width >= 8,

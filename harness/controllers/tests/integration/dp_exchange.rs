@@ -52,7 +52,7 @@ fn outputs_are_sent_and_inputs_are_received() {
 fn a_counter_is_incremented_with_each_new_request_but_not_with_repetitions() {
     let mut rig = MasterRig::standing(connection());
     let counter = SignalCounter { low: 12, width: 4, first: 1, last: 15 };
-    rig.master.outputs_mut().declare([OutputSignal { bytes: 2, counters: vec![counter] }]);
+    rig.master.outputs_mut().declare([OutputSignal { bytes: 2, little_endian: false, counters: vec![counter] }]);
     rig.master.outputs_mut().lay_out([((OUTPUT_SLOT, OUTPUT_SUBSLOT), &[0][..])]);
     rig.run(Duration::from_millis(3));
     rig.log.clear();

@@ -16,7 +16,7 @@ use wire::profinet::status::{AbortReason, PnioStatus};
 /// Declares two signals of 16 bits in the only submodule with outputs; the first has a sign of life in its upper four bits.
 fn declared(outputs: &mut CyclicOutputs) -> &mut CyclicOutputs {
     let sign_of_life = SignalCounter { low: 12, width: 4, first: 1, last: 15 };
-    let signal = |counters| OutputSignal { bytes: 2, counters };
+    let signal = |counters| OutputSignal { bytes: 2, little_endian: false, counters };
     outputs.declare([signal(vec![sign_of_life]), signal(vec![])]);
     outputs.lay_out([((1, 2), &[0, 1][..])]);
     outputs

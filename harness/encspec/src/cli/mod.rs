@@ -181,6 +181,9 @@ struct ReplayArgs {
     /// Write a report; FORMAT is html, json or text, FILE - is standard output; may be repeated
     #[arg(long, value_name = "FORMAT=FILE", value_parser = replay_report)]
     report: Vec<ReplayReportRequest>,
+    /// Write the capture again as pcapng, with each finding as a comment of its packet and the names of the stations, for Wireshark
+    #[arg(long, value_name = "FILE")]
+    annotate: Option<PathBuf>,
     /// Use the rules of this manual only, also for connections whose Connect is not in the capture
     #[arg(long, value_name = "MANUAL[/VARIANT]")]
     device: Option<String>,

@@ -40,6 +40,9 @@ pub(super) fn replay(args: &ReplayArgs) -> CommandResult {
     if has_page && args.files.iter().any(|name| name == "-") {
         return Err(CommandError::usage("an HTML report reads the capture twice; save standard input to a file first"));
     }
+    if args.annotate.is_some() && (args.files.len() != 1 || args.files[0] == "-") {
+        return Err(CommandError::usage("--annotate takes one capture, and reads it twice; name one file"));
+    }
     let mut report = ReplayReport { captures: Vec::new() };
     let mut bad = false;
     let reading = CaptureReadProgress::of(&args.files);
@@ -83,9 +86,30 @@ pub(super) fn replay(args: &ReplayArgs) -> CommandResult {
     if bad {
         return Ok(ExitStatus::Usage);
     }
+    if let Some(file) = &args.annotate {
+        annotate(&report, file)?;
+    }
     let mut findings = report.captures.iter().flat_map(|capture| &capture.findings);
     let has_errors = findings.any(|finding| finding.severity == FindingSeverity::Error);
     Ok(if has_errors || differs { ExitStatus::Red } else { ExitStatus::Green })
+}
+
+/// Writes the capture again with its findings as comments.
+fn annotate(report: &ReplayReport, file: &Path) -> Result<(), CommandError> {
+    let cannot = |why: &dyn std::fmt::Display| CommandError::usage(format!("--annotate {}: {why}", file.display()));
+    let [capture] = report.captures.as_slice() else {
+        return Err(cannot(&"it takes one capture; name one file"));
+    };
+    let input = Path::new(&capture.file);
+    if let (Ok(one), Ok(other)) = (input.canonicalize(), file.canonicalize())
+        && one == other
+    {
+        return Err(cannot(&"that is the capture itself, which is never changed; name another file"));
+    }
+    let input = File::open(input)
+        .map_err(|error| cannot(&format!("{} cannot be read again: {error}", printable(&capture.file))))?;
+    let output = File::create(file).map_err(|error| cannot(&error))?;
+    replay::annotate(capture, input, BufWriter::new(output)).map_err(|error| cannot(&error))
 }
 
 /// The HTML page of these captures, which are read again.

@@ -61,6 +61,7 @@ mod schema_mistakes;
 mod semantics;
 mod shared_device;
 mod shrink;
+mod signal_forms;
 mod small_manual;
 mod start_parameters;
 mod suite_init;

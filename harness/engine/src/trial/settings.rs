@@ -6,10 +6,11 @@ use crate::outputs::{self, OutputChange};
 use controllers::outputs::CounterMode;
 use controllers::profinet_io::AlarmAcknowledge;
 use expression::{HistoryState, Value};
+use judge::format;
 use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use station::{Duration, StandAction, StandRefusal, Time};
-use suite::device::{NameKind, StandName};
+use suite::device::{NameKind, SignalForm, StandName};
 use suite::model::{SetValue, Setting, Turn, TurnAngle};
 use suite::words;
 
@@ -69,7 +70,10 @@ impl<'a> RunningTrial<'a> {
                 Ok(true)
             }
             (NameKind::Signal { .. }, value) => {
-                changes.push(OutputChange::Number(kind, value.as_whole().ok_or_else(unknown)?));
+                changes.push(OutputChange::Number(
+                    kind,
+                    self.number_on_the_wire(kind, value).unwrap_or_else(|| Err(unknown()))?,
+                ));
                 Ok(true)
             }
             (NameKind::OutputOctets(_), Value::Bytes(octets)) => {
@@ -190,6 +194,25 @@ impl<'a> RunningTrial<'a> {
             self.stand_settings.push(name);
         }
         self.act_on_stand(&action)
+    }
+
+    /// The number on the wire that a value of an output is; `None` if it is not known.
+    fn number_on_the_wire(&self, kind: &NameKind, value: &Value) -> Option<Result<i128, BoxedStepError>> {
+        let NameKind::Signal { signal, field: None, .. } = kind else { return value.as_whole().map(Ok) };
+        let signal = self.world.manual.device.signals.get(*signal)?;
+        let raw = signal.form.raw(value, signal.width)?;
+        let fits = match signal.form {
+            SignalForm::Scaled { .. } if signal.signed => raw >> (signal.width - 1) == raw >> 127,
+            SignalForm::Scaled { .. } => raw >> signal.width == 0,
+            SignalForm::Whole | SignalForm::Float | SignalForm::Text => true,
+        };
+        Some(if fits {
+            Ok(raw)
+        } else {
+            let (value, name, width) = (format::plain(value), &signal.name, signal.width);
+            let why = format!("{value} does not fit into the {width} bits of `{name}`.");
+            Err(StepError::other(FailureCause::Suite, Verdict::Error, why))
+        })
     }
 
     /// Runs an action of the stand and waits until it is done.

@@ -3,7 +3,7 @@
 use super::check::TypedExpr;
 use super::eval::Expr;
 use crate::literal::outside;
-use crate::{ExprError, NameId, Type};
+use crate::{ExprError, NameId, NumberType, Type};
 
 /// Checks that `left` can be compared with `right`, for order or for equality.
 pub(super) fn comparable(left: &TypedExpr, right: &TypedExpr, ordered: bool) -> Result<(), ExprError> {
@@ -70,6 +70,13 @@ pub(super) fn fits(expected: &Type, value: &TypedExpr) -> Result<(), ExprError> 
     if matches!((expected, &value.ty), (Type::Number(_), Type::Bit)) {
         return Err(ExprError::new(value.span.clone(), format!("expected {expected}, found {}", value.ty))
             .help("write the number"));
+    }
+    if let (Type::Number(of), Type::Number(NumberType { whole: true, .. })) = (expected, &value.ty)
+        && !of.whole
+        && value.constant().is_none()
+    {
+        // Each whole number is one that may have a fraction.
+        return Ok(());
     }
     comparable(&name, value, false)
 }

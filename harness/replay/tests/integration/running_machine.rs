@@ -2,11 +2,11 @@
 //!
 //! The frames are those of IEC 61158-6-10: FrameID, data, cycle counter in units of 31.25 us, DataStatus, TransferStatus.
 
-use encspec_replay::{CaptureBlame, CaptureReport, FindingSeverity, capture, text};
+use encspec_replay::{CaptureBlame, CaptureReport, FindingSeverity, annotate, capture, text};
 use rstest::rstest;
 use station::{Duration, Time};
-use virtual_wire::PcapngWriter;
-use virtual_wire::capture::LinkType;
+use virtual_wire::capture::{CaptureItem, LinkType};
+use virtual_wire::{CaptureReader, PcapngWriter};
 
 const A: [u8; 6] = [2, 0, 0, 0, 0, 0x0A];
 const B: [u8; 6] = [2, 0, 0, 0, 0, 0x0B];
@@ -67,13 +67,16 @@ fn machine(cycles: u16) -> Vec<CyclicFrame> {
 }
 
 fn replayed(frames: &[CyclicFrame]) -> CaptureReport {
+    capture("machine", pcapng(frames).as_slice(), &[]).expect("a capture")
+}
+
+fn pcapng(frames: &[CyclicFrame]) -> Vec<u8> {
     let mut pcapng = PcapngWriter::new(Vec::new(), "by hand").expect("a Vec takes everything");
     let interface = pcapng.interface("line", LinkType::ETHERNET).expect("a Vec takes everything");
     for frame in frames {
         pcapng.packet(interface, frame.time, &frame.octets(), None).expect("a Vec takes everything");
     }
-    let file = pcapng.finish().expect("a Vec takes everything");
-    capture("machine", file.as_slice(), &[]).expect("a capture")
+    pcapng.finish().expect("a Vec takes everything")
 }
 
 /// The findings as check, severity, blame and frame.
@@ -214,6 +217,38 @@ fn frames_that_are_cut_before_their_status() {
     let report = replayed(&frames);
     assert_eq!(found(&report), []);
     assert!(report.judged.iter().all(|of| of.judged == "nothing"), "{:?}", report.judged);
+}
+
+/// The capture for Wireshark has the same packets at the same times, and the finding where it was found.
+#[test]
+fn findings_become_comments_of_their_packets() {
+    let mut frames = machine(300);
+    frames[500].cut = 2;
+    frames.iter_mut().filter(|frame| frame.from == B).for_each(|frame| frame.status = STOP);
+    let file = pcapng(&frames);
+    let report = capture("machine", file.as_slice(), &[]).expect("a capture");
+    let mut annotated = Vec::new();
+    annotate(&report, file.as_slice(), &mut annotated).expect("a Vec takes everything");
+    let packets = |file: &[u8]| {
+        let mut reader = CaptureReader::new(file).expect("a capture");
+        let mut packets = Vec::new();
+        while let Some(item) = reader.next() {
+            let CaptureItem::Packet(packet) = item else { panic!("no damage") };
+            let comment = packet.comment.as_deref().map(str::to_owned);
+            packets.push((packet.time, packet.captured.to_vec(), packet.original_length, comment));
+        }
+        packets
+    };
+    let (before, after) = (packets(&file), packets(&annotated));
+    assert_eq!(before.len(), 600);
+    for ((time, octets, length, _), (new_time, new_octets, new_length, _)) in before.iter().zip(&after) {
+        assert_eq!((time, octets, length), (new_time, new_octets, new_length));
+    }
+    let comments: Vec<(usize, &str)> =
+        after.iter().enumerate().filter_map(|(at, packet)| Some((at + 1, packet.3.as_deref()?))).collect();
+    assert_eq!(comments.len(), 1, "{comments:?}");
+    assert_eq!(comments[0].0, 2);
+    assert!(comments[0].1.starts_with("encspec PN-STATUS-STOP (error, blame: undecided): station B "), "{comments:?}");
 }
 
 /// The time between frames jitters; the counter does not.

@@ -3,11 +3,11 @@
 use super::super::error::{Mistake, Read, both, every};
 use super::super::keys::{Key, Keyed, WordChoices};
 use super::super::yaml::Node;
-use super::plain::ORIGINS;
+use super::plain::{ORIGINS, numeral};
 use super::{DeviceReader, device, flag, named, origin, pair, plain, whole};
-use expression::WordTable;
+use expression::{Number, WordTable};
 use suite::device::{
-    DeviceModule, DeviceRecord, DeviceSignal, DeviceSubmodule, DiagnosisLayout, SignalField, SignalSender,
+    DeviceModule, DeviceRecord, DeviceSignal, DeviceSubmodule, DiagnosisLayout, SignalField, SignalForm, SignalSender,
     UserPrmLayout,
 };
 
@@ -18,14 +18,19 @@ static DIRECTIONS: WordChoices<SignalSender> =
 key_set! {
     pub(crate) signal "a signal" {
         from must Word(&DIRECTIONS), "Who sends it.";
-        width must Numbers(&[8, 16, 32, 64]), "In bits: 8, 16, 32 or 64.";
+        width may Numbers(&[8, 16, 32, 64]), "In bits: 8, 16, 32 or 64.";
+        text may Whole(1, 255), "It is a text of so many ASCII characters, filled up with NUL or blanks; it has no `width`.";
         signed may Flag, "It is a two's complement.";
+        float may Flag, "It is a number of IEEE 754, of 32 or 64 bits.";
+        scale may Number, "Its value is the number on the wire times this one.";
+        zero may Number, "The value of 0 on the wire, beside `scale`; 0 by default.";
+        little_endian may Flag, "Its least significant byte comes first.";
         position_in may Name, "The size of the circle on which it is a place.";
         code_when may Name, "The bit that is set while the device shows a code in place of the position: codes are compared without `position_noise`.";
         shift may PerVariant(&Whole(0, 63)), "By how many bits it stands further left than its lowest step, one number or one for each variant; its name speaks in steps.";
         fields may NonEmptyMap(&Bits), "Its bits and groups of bits, counted as they are on the wire.";
         from_source may Word(&ORIGINS), "Where it comes from if the manual does not print it.";
-    } [With(&[&code_when], &position_in)]
+    } [OneOf(&[&width, &text]), With(&[&code_when], &position_in), With(&[&zero], &scale)]
 }
 
 key_set! {
@@ -65,6 +70,68 @@ key_set! {
         submodules must NonEmpty(&Name), "Its submodules.";
         from_source may Word(&ORIGINS), "Where its ident comes from if the manual does not print it.";
     }
+}
+
+/// The bits of a signal: its width, or eight for each character of a text.
+fn signal_width(keyed: Keyed<'_>) -> Read<u32> {
+    if let Some(text) = keyed.get(&signal::text) {
+        let octets: u32 = whole(text, "a number of characters")?;
+        return if (1..=255).contains(&octets) {
+            Ok(octets * 8)
+        } else {
+            Err(text.wrong("a text has 1 to 255 characters"))
+        };
+    }
+    let width = keyed.must(&signal::width)?;
+    let bits: u32 = whole(width, "a width")?;
+    if [8, 16, 32, 64].contains(&bits) { Ok(bits) } else { Err(width.wrong("a width is 8, 16, 32 or 64 bits")) }
+}
+
+/// How the bits of a signal are a value. What is no whole number has no bits, no sign of its own and no place on a circle.
+fn signal_form(keyed: Keyed<'_>, from: SignalSender, width: u32) -> Read<SignalForm> {
+    let is_float = flag(keyed, &signal::float)?;
+    let kinds = [
+        (keyed.get(&signal::text), "a text"),
+        (keyed.get(&signal::float).filter(|_| is_float), "a floating-point number"),
+        (keyed.get(&signal::scale), "a scaled number"),
+    ];
+    let mut kinds = kinds.into_iter().filter_map(|(node, what)| Some((node?, what)));
+    let Some((node, what)) = kinds.next() else { return Ok(SignalForm::Whole) };
+    if let Some((other, _)) = kinds.next() {
+        return Err(other
+            .wrong(format!("this signal is {what} already"))
+            .help("write one of `text`, `float` and `scale`"));
+    }
+    let is_scaled = keyed.get(&signal::scale).is_some();
+    let lacks = [&signal::position_in, &signal::fields, &signal::shift];
+    let only_scaled = [&signal::signed].into_iter().filter(|_| !is_scaled);
+    if let Some((node, key)) = lacks.into_iter().chain(only_scaled).find_map(|key| Some((keyed.get(key)?, key))) {
+        return Err(node.wrong(format!("{what} has no `{}`", key.name)).help(format!("leave out `{}`", key.name)));
+    }
+    if let Some(text) = keyed.get(&signal::text) {
+        return match (from, keyed.get(&signal::little_endian)) {
+            (SignalSender::Controller, _) => {
+                Err(text.wrong("only the device sends texts").help("declare numbers, and set their bytes"))
+            }
+            (SignalSender::Device, Some(node)) => {
+                Err(node.wrong("a text begins with its first character").help("leave out `little_endian`"))
+            }
+            (SignalSender::Device, None) => Ok(SignalForm::Text),
+        };
+    }
+    if is_float {
+        return if [32, 64].contains(&width) {
+            Ok(SignalForm::Float)
+        } else {
+            Err(node.wrong("a floating-point number has 32 or 64 bits").help("write `width: 32` or `width: 64`"))
+        };
+    }
+    let scale = numeral(node, "a scale")?;
+    if scale == Number::ZERO {
+        return Err(node.wrong("times 0 nothing is left").help("write what one step is in the unit of the manual"));
+    }
+    let zero = keyed.get(&signal::zero).map_or(Ok(Number::ZERO), |node| numeral(node, "a zero"))?;
+    Ok(SignalForm::Scaled { scale, zero })
 }
 
 /// Whether the value of `code_when` is a bit that the device sends.
@@ -138,11 +205,8 @@ impl<'n> DeviceReader<'n> {
     fn signal(&mut self, name: &str, node: &Node) -> Read<DeviceSignal> {
         let keyed = Keyed::new(node, &signal::KEYS)?;
         let from = DIRECTIONS.read(keyed.must(&signal::from)?, &signal::from)?;
-        let width = keyed.must(&signal::width)?;
-        let bits: u32 = whole(width, "a width")?;
-        if ![8, 16, 32, 64].contains(&bits) {
-            return Err(width.wrong("a width is 8, 16, 32 or 64 bits"));
-        }
+        let bits = signal_width(keyed)?;
+        let form = signal_form(keyed, from, bits)?;
         let signed = flag(keyed, &signal::signed)?;
         let position_in = keyed
             .get(&signal::position_in)
@@ -165,7 +229,20 @@ impl<'n> DeviceReader<'n> {
         let code_when = keyed.get(&signal::code_when).map(|node| plain(node, "a bit")).transpose()?.map(str::to_owned);
         let shift = self.shift(keyed, from, bits, signed)?;
         let (name, origin) = (name.to_owned(), origin(keyed, &signal::from_source)?);
-        Ok(DeviceSignal { name, from, width: bits, signed, origin, position_in, code_when, shift, fields })
+        let little_endian = flag(keyed, &signal::little_endian)?;
+        Ok(DeviceSignal {
+            name,
+            from,
+            width: bits,
+            signed,
+            form,
+            little_endian,
+            origin,
+            position_in,
+            code_when,
+            shift,
+            fields,
+        })
     }
 
     /// By how many bits the number of a signal stands further left than its lowest step, for each variant.

@@ -4,8 +4,8 @@ use super::super::device_yaml::parameter_number;
 use super::{Names, Verbs, built_in, field_type, plain_words};
 use expression::{Circle, Number, NumberType, Type, Value, WordTable};
 use suite::device::{
-    AnswerPart, BenchName, DeviceParameter, EventName, NameKind, OurSpan, PageForm, PrintedSpan, SignalSender,
-    StandName, StationName,
+    AnswerPart, BenchName, DeviceParameter, DeviceSignal, EventName, NameKind, OurSpan, PageForm, PrintedSpan,
+    SignalForm, SignalSender, StandName, StationName,
 };
 use suite::words;
 use wire::profinet::alarm::AlarmType;
@@ -13,6 +13,24 @@ use wire::profinet::status::AbortReason;
 
 /// What a path is, or what is wrong with it and what to write instead.
 pub(super) type Built = Result<(NameKind, Type, Verbs), (String, Option<String>)>;
+
+/// The type of a scaled number: a literal that no number on the wire comes near is out of range.
+fn scaled_type(signal: &DeviceSignal) -> Type {
+    let all = 1i128 << signal.width.clamp(1, 64);
+    let ends = if signal.signed { [-(all / 2), all / 2 - 1] } else { [0, all - 1] };
+    let values = ends.map(|raw| match signal.form.value(raw, signal.width) {
+        Value::Number(number) => Some(number),
+        _ => None,
+    });
+    let limits = match values {
+        [Some(one), Some(other)] => {
+            let above = one.max(other).negated().floor().negated();
+            one.min(other).floor().as_whole().zip(above.as_whole())
+        }
+        _ => None,
+    };
+    Type::Number(NumberType { limits, ..NumberType::FRACTION })
+}
 
 /// An address of the bench.
 fn bench(rest: &str) -> Option<Built> {
@@ -80,9 +98,12 @@ impl Names<'_> {
                 .and_then(|text| self.described.circles.iter().position(|node| node.scalar() == Some(text)));
             let shift = signal.shift.get(self.variant).copied().unwrap_or_default();
             let circle = number.and_then(|number| self.circles.borrow().get(number).cloned().flatten());
-            let ty = match number {
-                Some(number) => Type::Place(Circle(number as u32)),
-                None => Type::whole(signal.width - shift, signal.signed),
+            let ty = match (number, signal.form) {
+                (Some(number), _) => Type::Place(Circle(number as u32)),
+                (None, SignalForm::Whole) => Type::whole(signal.width - shift, signal.signed),
+                (None, SignalForm::Scaled { .. }) => scaled_type(signal),
+                (None, SignalForm::Float) => Type::FRACTION,
+                (None, SignalForm::Text) => Type::Text,
             };
             let code_when = match signal.code_when.as_ref().map(|bit| self.find(bit)) {
                 Some(Some(Ok(bit))) => Some(bit.id),

@@ -1,7 +1,7 @@
 //! Derives the needs of a trial from its steps.
 
 use super::{Ability, BenchNeed, ClaimedFeature, Consent, LONG};
-use crate::device::{Changed, NameKind, Origin, StandName, StationName};
+use crate::device::{Changed, NameKind, Origin, SignalForm, StandName, StationName};
 use crate::model::{
     AccessChannel, AcyclicAccess, AcyclicService, Condition, ConnectionStart, DpService, HoldTime, Manual, Matcher,
     PartTest, RequestDeviation, SetValue, Setting, SuiteVariant, TimeSpan, Trial, TrialStep, Turn, TurnAngle, Verb,
@@ -129,6 +129,11 @@ impl<'a> Scan<'a> {
         self.variant.names.get(name.0 as usize)
     }
 
+    /// Whether a signal is a whole number, so that its bits are those of its value.
+    fn is_whole(&self, signal: usize) -> bool {
+        self.manual.device.signals.get(signal).is_some_and(|signal| signal.form == SignalForm::Whole)
+    }
+
     fn steps(&mut self, steps: &'a [TrialStep], times: u64) {
         for step in steps {
             let outer = self.apart;
@@ -204,7 +209,8 @@ impl<'a> Scan<'a> {
             Some(NameKind::Stand(name)) => self.stand(*name, &setting.value),
             Some(NameKind::Signal { signal, low, width, .. }) => {
                 let set = match &setting.value {
-                    SetValue::Value(program) => program.constant().and_then(Value::as_whole),
+                    SetValue::Value(program) if self.is_whole(*signal) => program.constant().and_then(Value::as_whole),
+                    SetValue::Value(_) => None,
                     SetValue::Word(_) | SetValue::Bytes(_) => None,
                 };
                 let all = u128::MAX >> (128 - (*width).clamp(1, 128));

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use station::Time;
+use wire::ethernet::Mac;
 
 use super::LinkType;
 
@@ -16,6 +17,8 @@ const INTERFACE_NAME: u16 = 2;
 const INTERFACE_TIME_RESOLUTION: u16 = 9;
 /// Option number of the program that wrote the section.
 const USER_APPLICATION: u16 = 4;
+/// Record of a name resolution block: a MAC address, and its name with a NUL behind it.
+const NAME_OF_EUI48: u16 = 3;
 /// Longest value of an option.
 const LONGEST_OPTION: usize = 0xFFFF;
 
@@ -56,11 +59,38 @@ impl<W: Write> PcapngWriter<W> {
         Ok(self.interfaces - 1)
     }
 
+    /// Names stations by their MAC addresses: a name resolution block, nothing for no names.
+    pub fn names(&mut self, names: &[(Mac, String)]) -> io::Result<()> {
+        if names.is_empty() {
+            return Ok(());
+        }
+        self.begin(4);
+        for (mac, name) in names {
+            let value = [&mac.0[..], name.as_bytes(), &[0]].concat();
+            self.option(NAME_OF_EUI48, &value[..value.len().min(LONGEST_OPTION)]);
+        }
+        self.option(END_OF_OPTIONS, &[]);
+        self.end()
+    }
+
     /// Writes a complete packet that `interface` received at `time` (nanoseconds since 1970), with an optional comment.
     ///
     /// A comment beyond 65,535 bytes is cut at the last character that fits. An undescribed interface and a packet beyond 4 GiB
     /// are refused with [`io::ErrorKind::InvalidInput`].
     pub fn packet(&mut self, interface: u32, time: Time, octets: &[u8], comment: Option<&str>) -> io::Result<()> {
+        let original = u32::try_from(octets.len()).unwrap_or(u32::MAX);
+        self.cut_packet(interface, time, octets, original, comment)
+    }
+
+    /// Like [`packet`](Self::packet), of which `octets` were captured of `original` bytes.
+    pub fn cut_packet(
+        &mut self,
+        interface: u32,
+        time: Time,
+        octets: &[u8],
+        original: u32,
+        comment: Option<&str>,
+    ) -> io::Result<()> {
         let Ok(length) = u32::try_from(octets.len()) else { return Err(io::ErrorKind::InvalidInput.into()) };
         if interface >= self.interfaces {
             return Err(io::ErrorKind::InvalidInput.into());
@@ -71,7 +101,7 @@ impl<W: Write> PcapngWriter<W> {
         self.word((nanos >> 32) as u32);
         self.word(nanos as u32);
         self.word(length);
-        self.word(length);
+        self.word(original);
         self.padded(octets);
         if let Some(text) = comment {
             self.text(COMMENT, text);

@@ -3,7 +3,7 @@
 use super::Suite;
 use super::fields::{NamedField, NewStartField, named};
 use super::names::{FreshNames, comment, quoted, slug};
-use super::signals::{CyclicItem, Signals};
+use super::signals::{CyclicItem, ItemForm, Signals};
 use super::topics;
 use description::gsd::{FieldType, Gsd, GsdModule};
 use plain_text::hex;
@@ -77,7 +77,7 @@ fn numbers(octets: u16, called: &str) -> Vec<CyclicItem> {
     while left > 0 {
         let octets = [4, 2, 1].into_iter().find(|octets| *octets <= left).unwrap_or(1);
         let called = format!("{called} {}", list.len() + 1);
-        list.push(CyclicItem { called, octets, signed: false, bits: Vec::new(), remark: None });
+        list.push(CyclicItem { called, octets, signed: false, form: ItemForm::Number, bits: Vec::new(), remark: None });
         left -= octets;
     }
     list

@@ -2,7 +2,7 @@
 
 use super::Suite;
 use super::names::{FreshNames, slug};
-use super::signals::{CyclicItem, Signals};
+use super::signals::{CyclicItem, ItemForm, Signals};
 use super::topics;
 use description::gsdml::{AccessPoint, DataItem, Gsdml, GsdmlModule, GsdmlSubmodule, PluggableItem, SubmoduleKind};
 use std::ops::RangeInclusive;
@@ -254,14 +254,18 @@ fn first_parts<'g>(gsdml: &'g Gsdml, module: &'g GsdmlModule, slot: u16) -> Vec<
 /// The items of the cyclic data; none if the length of one is unknown.
 fn items(of: &[DataItem]) -> Option<Vec<CyclicItem>> {
     let item = |item: &DataItem| {
-        let is_float = item.kind.starts_with("Float");
-        let remark = is_float.then(|| format!("{}: the suite has the number of its bits", item.kind));
+        let form = match item.kind.as_str() {
+            "Float32" | "Float64" => ItemForm::Float,
+            "VisibleString" => ItemForm::Text,
+            _ => ItemForm::Number,
+        };
         Some(CyclicItem {
+            form,
             called: item.name.clone(),
             octets: item.octets?,
             signed: item.kind.starts_with("Integer"),
             bits: item.bits.clone(),
-            remark,
+            remark: None,
         })
     };
     of.iter().map(item).collect()

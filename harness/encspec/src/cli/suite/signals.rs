@@ -3,6 +3,15 @@
 use super::names::{FreshNames, comment};
 use std::fmt::Write as _;
 
+/// How the bytes of an item are a value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum ItemForm {
+    #[default]
+    Number,
+    Float,
+    Text,
+}
+
 /// What an item of the cyclic data is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct CyclicItem {
@@ -11,6 +20,7 @@ pub(super) struct CyclicItem {
     /// The number of its bytes.
     pub octets: u16,
     pub signed: bool,
+    pub form: ItemForm,
     /// Its named bits, 0 is the lowest.
     pub bits: Vec<(u16, String)>,
     /// What a person has to know of it.
@@ -33,7 +43,7 @@ impl Signals {
     /// The names of the signals for items in their order.
     pub fn of(&mut self, items: &[CyclicItem], is_output: bool, names: &mut FreshNames) -> Vec<String> {
         let mut list: Vec<String> = Vec::new();
-        for item in items.iter().flat_map(parts) {
+        for item in items.iter().flat_map(|item| parts(item, is_output)) {
             let is_same =
                 |known: &&NewSignal| known.is_output == is_output && known.item == item && !list.contains(&known.name);
             let name = match self.0.iter().find(is_same) {
@@ -62,15 +72,24 @@ impl Signals {
             let fields = if fields.is_empty() { fields } else { format!(", fields: {{ {fields} }}") };
             let remark = item.remark.as_ref().map_or_else(String::new, |remark| format!("   # {}", comment(remark)));
             // Writing into a String cannot fail.
-            let _ = writeln!(out, "  {name}: {{ from: {from}, width: {}{signed}{fields} }}{remark}", item.octets * 8);
+            let size = match item.form {
+                ItemForm::Number => format!("width: {}", item.octets * 8),
+                ItemForm::Float => format!("width: {}, float: true", item.octets * 8),
+                ItemForm::Text => format!("text: {}", item.octets),
+            };
+            let _ = writeln!(out, "  {name}: {{ from: {from}, {size}{signed}{fields} }}{remark}");
         }
         out
     }
 }
 
-/// The item in numbers of 1, 2, 4 or 8 bytes.
-fn parts(item: &CyclicItem) -> Vec<CyclicItem> {
-    if [1, 2, 4, 8].contains(&item.octets) {
+/// The item, or its bytes as numbers of 1, 2, 4 or 8 bytes where a suite has no signal for it: texts of the controller and what is longer.
+fn parts(item: &CyclicItem, is_output: bool) -> Vec<CyclicItem> {
+    let is_whole = match item.form {
+        ItemForm::Number | ItemForm::Float => [1, 2, 4, 8].contains(&item.octets),
+        ItemForm::Text => !is_output && (1..=255).contains(&item.octets),
+    };
+    if is_whole {
         return vec![item.clone()];
     }
     let mut left = item.octets;
@@ -79,7 +98,7 @@ fn parts(item: &CyclicItem) -> Vec<CyclicItem> {
         let octets = [8, 4, 2, 1].into_iter().find(|octets| *octets <= left).unwrap_or(1);
         let called = format!("{} part {}", item.called, parts.len() + 1);
         let remark = Some(format!("a part of the {} bytes of `{}`", item.octets, item.called));
-        parts.push(CyclicItem { called, octets, signed: false, bits: Vec::new(), remark });
+        parts.push(CyclicItem { called, octets, signed: false, form: ItemForm::Number, bits: Vec::new(), remark });
         left -= octets;
     }
     parts
@@ -108,6 +127,7 @@ mod tests {
             called: called.to_owned(),
             octets,
             signed: false,
+            form: ItemForm::Number,
             bits: bits.iter().map(|(bit, name)| (*bit, (*name).to_owned())).collect(),
             remark: None,
         };
