@@ -14,6 +14,8 @@ pub struct CyclicOutputs {
     /// All output bytes at once; they replace the values of the signals.
     bytes: Option<Vec<u8>>,
     all_bad: bool,
+    /// DataStatus of the frames on PROFINET, if it is not the usual one.
+    data_status: Option<u8>,
     paused: bool,
 }
 
@@ -153,6 +155,16 @@ impl CyclicOutputs {
             }
             None => self.all_bad = !good,
         }
+    }
+
+    /// Sets DataStatus of the frames on PROFINET.
+    pub fn data_status(&mut self, status: u8) {
+        self.data_status = Some(status);
+    }
+
+    /// DataStatus of the frames on PROFINET; `None`: the usual one.
+    pub fn sent_data_status(&self) -> Option<u8> {
+        self.data_status
     }
 
     /// Stops (`true`) or resumes cyclic frames. The device ends a connection that receives no frames.

@@ -203,10 +203,12 @@ fn announcement(pdu: &Lldp) -> ObservedLldp {
                 observed.port = Some(port.to_owned());
             }
             Tlv::ChassisMac(mac) => observed.mac = Some(*mac),
+            Tlv::TimeToLive(seconds) => observed.ttl = Some(*seconds),
             _ => {}
         }
     }
     observed.name = behind_the_dot.or(observed.name);
+    pdu.write(&mut observed.octets);
     observed
 }
 
@@ -225,6 +227,7 @@ fn alarm(notification: &AlarmNotification) -> ObservedAlarm {
             item.write(&mut octets);
             octets.split_off(octets.len().min(USER_STRUCTURE_IDENTIFIER))
         }),
+        sequence: notification.specifier.sequence_number(),
         slot: notification.slot,
         subslot: notification.subslot,
         structure: item.map(AlarmItem::identifier),

@@ -12,7 +12,7 @@ use suite::device::{DeviceDescription, DeviceModule, DeviceRecord, Origin, Recor
 use wire::ethernet::Mac;
 use wire::profibus::global_control::GlobalCommand;
 use wire::profibus::prm::{Dpv1Status3, PrmBlock, PrmBlockType, SetPrm};
-use wire::profinet::rt::IoxS;
+use wire::profinet::rt::{ApduStatus, IoxS};
 
 /// The data area of one direction.
 #[derive(Clone, Debug, Default)]
@@ -70,6 +70,8 @@ pub struct ObservedAlarm {
     pub channel: Option<u16>,
     /// `alarm.structure`: the UserStructureIdentifier.
     pub structure: Option<u16>,
+    /// `alarm.sequence`.
+    pub sequence: u16,
 }
 
 /// The values of `lldp.*`.
@@ -85,6 +87,10 @@ pub struct ObservedLldp {
     pub mac: Option<Mac>,
     /// `lldp.source`.
     pub source: Option<Mac>,
+    /// `lldp.ttl`, in seconds.
+    pub ttl: Option<u16>,
+    /// `lldp.bytes`: all TLVs.
+    pub octets: Vec<u8>,
 }
 
 /// The event at this instant.
@@ -135,6 +141,8 @@ pub struct ConnectionImage {
     changed_bits: Vec<u64>,
     diagnosis: Option<ObservedDiagnosis>,
     pending: Option<bool>,
+    /// The status of the last frame with inputs, on PROFINET.
+    input_apdu: Option<ApduStatus>,
     /// What the last Global_Control commands hold: clear, freeze and sync.
     held: [bool; 3],
     /// What happened at this instant.
@@ -192,6 +200,7 @@ impl ConnectionImage {
             changed_bits: Vec::new(),
             diagnosis: None,
             pending: None,
+            input_apdu: None,
             held: [false; 3],
             happening: CurrentEvent::Nothing,
         }
@@ -405,6 +414,9 @@ impl ConnectionImage {
         {
             changed = None;
         }
+        if let (CyclicStatus::Apdu(status), FrameDirection::ToController) = (status, direction) {
+            self.input_apdu = Some(status);
+        }
         self.took_over(changed);
         good
     }
@@ -582,6 +594,11 @@ impl ConnectionImage {
     pub fn input_length(&self) -> Option<usize> {
         let length = |spots: &SubmoduleOffsets| spots.input.as_ref().map_or(0, Range::len);
         self.stands.then(|| self.submodules.iter().map(length).sum())
+    }
+
+    /// The status of the last frame with inputs, on PROFINET.
+    pub fn input_apdu(&self) -> Option<ApduStatus> {
+        self.input_apdu.filter(|_| self.stands && self.inputs.seen)
     }
 
     /// IOPS of the outputs: of one submodule, or whether all are good.

@@ -274,6 +274,8 @@ impl NameView<'_> {
             }
             NameKind::OutputOctets(of) => Value::bytes(self.image.octets(FrameDirection::ToDevice, *of)?),
             NameKind::InputOctets(of) => Value::bytes(self.image.octets(FrameDirection::ToController, *of)?),
+            NameKind::InputDataStatus => Value::whole(self.image.input_apdu()?.data_status.0),
+            NameKind::InputCounter => Value::whole(self.image.input_apdu()?.cycle_counter),
             NameKind::InputLength => Value::whole(self.image.input_length()? as i128),
             NameKind::OutputStatus(submodule) => Value::Word(self.image.output_status(*submodule)?.into()),
             NameKind::InputStatus(submodule) => Value::Word(self.image.input_status(*submodule)?.into()),
@@ -321,6 +323,7 @@ impl NameView<'_> {
             NameKind::Diagnosis(DiagnosisName::MasterLock) if self.read(name).is_some() => self.read(name)?.clone(),
             NameKind::Diagnosis(part) => diagnosis::value(self.device, *part, &self.image.diagnosis()?.octets, None),
             NameKind::Cyclic
+            | NameKind::OutputDataStatus
             | NameKind::AlarmAcknowledge
             | NameKind::GlobalControl
             | NameKind::ClockOffset
@@ -347,6 +350,8 @@ impl NameView<'_> {
             EventName::LldpChassis => lldp?.chassis.as_deref().map(Value::bytes),
             EventName::LldpPort => lldp?.port.as_deref().map(Value::text),
             EventName::LldpMac => lldp?.mac.map(|mac| Value::bytes(&mac.0[..])),
+            EventName::LldpTtl => lldp?.ttl.map(Value::whole),
+            EventName::LldpBytes => lldp.map(|lldp| Value::bytes(lldp.octets.as_slice())),
             EventName::LldpSource => lldp?.source.map(|mac| Value::bytes(&mac.0[..])),
             EventName::AlarmChange => alarm?.change.map(|word| Value::Word(word.into())),
             EventName::AlarmError => alarm?.error.map(|word| Value::Word(word.into())),
@@ -357,6 +362,7 @@ impl NameView<'_> {
             EventName::AlarmSlot => alarm.map(|alarm| Value::whole(alarm.slot)),
             EventName::AlarmSubslot => alarm.map(|alarm| Value::whole(alarm.subslot)),
             EventName::AlarmChannel => alarm?.channel.map(Value::whole),
+            EventName::AlarmSequence => alarm.map(|alarm| Value::whole(alarm.sequence)),
             EventName::AlarmStructure => alarm?.structure.map(Value::whole),
             EventName::AbortCode => match happening {
                 // The reason is ErrorCode2, the last byte of the status.

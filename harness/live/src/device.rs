@@ -390,7 +390,7 @@ fn changes_parameters(manual: &Manual, trial: &Trial, needs: &[BenchNeed]) -> bo
     each_step_of(trial, &mut |step| {
         changes |= match &step.verb {
             Verb::Write(access) => matches!(access.via, AccessChannel::Parameters),
-            Verb::Send { service: AcyclicService::RecordWrite { index, .. }, .. } => *index == access,
+            Verb::Send { service: AcyclicService::RecordWrite { at, .. }, .. } => at.index == access,
             // A value entered on a page is a parameter too.
             Verb::Send { service: AcyclicService::HttpPost { .. }, .. } => true,
             _ => false,
@@ -427,6 +427,7 @@ fn only_reads(trial: &Trial) -> bool {
             Verb::Send { service, .. } => matches!(
                 service,
                 AcyclicService::DcpIdentify(_)
+                    | AcyclicService::DcpGet { .. }
                     | AcyclicService::Dp(
                         DpService::FdlStatus | DpService::SlaveDiag | DpService::GetCfg | DpService::ReadInputs
                     )

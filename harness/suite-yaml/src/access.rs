@@ -2,22 +2,26 @@
 
 use super::answer::{RequestKind, may_accept, only};
 use super::device_yaml::{named, plain};
+use super::dialect::profinet::{INTERFACES, OBJECTS, PACKETS, record_read, rpc};
 use super::dialect::{self, Dialect, Service as From};
 use super::error::{Mistake, Read, every};
 use super::frame::{StepScope, literal, octets};
-use super::keys::Keyed;
+use super::keys::{Key, Keyed};
 use super::names::{Name, Verbs};
 use super::request_keys::{SOUGHT, record_request};
 use super::yaml::Node;
 use controllers::profinet_io::DamagedIoFrame;
 use expression::{Program, Type, Value};
+use station::Duration;
 use suite::device::{AnswerPart, NameKind};
 use suite::model::{
-    AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AnswerMatcher, IdentifyTarget, Matcher, RequestDeviation,
+    AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AnswerMatcher, IdentifyTarget, Matcher, RecordPlace,
+    RequestDeviation, RpcService, TimeSpan,
 };
 use wire::ethernet::Mac;
 use wire::profidrive::ParameterFormat;
 use wire::profinet::dcp::ResetMode;
+use wire::profinet::rpc::Uuid;
 
 /// Who acts, and whom it asks.
 pub(super) struct RequestSender {
@@ -282,10 +286,8 @@ impl StepScope<'_, '_> {
             "dcp_signal" => AcyclicService::DcpSignal,
             "dcp_identify" => {
                 AcyclicService::DcpIdentify(match (fields.get("who"), fields.get("name"), fields.get("alias")) {
-                    (Some(who), None, None) => match SOUGHT.find(who, "who")? {
-                        true => IdentifyTarget::All,
-                        false => IdentifyTarget::OwnName,
-                    },
+                    (None, None, None) => self.filters(fields)?,
+                    (Some(who), None, None) => IdentifyTarget::Who(SOUGHT.find(who, "who")?),
                     (None, Some(_), None) => IdentifyTarget::Name(text("name")?),
                     (None, None, Some(_)) => IdentifyTarget::Alias(text("alias")?),
                     _ => return Err(fields.wrong("dcp_identify needs one of `name`, `alias` and `who`")),
@@ -296,17 +298,17 @@ impl StepScope<'_, '_> {
                 AcyclicService::Arp { ip: ip.transpose()?, probe: *name == "arp_probe" }
             }
             "record_read" => AcyclicService::RecordRead {
-                slot: self.number(field("slot")?, "a slot")?,
-                subslot: self.number(field("subslot")?, "a subslot")?,
-                index: self.number(field("index")?, "an index")?,
+                at: self.record_place(fields)?,
                 length: self.number(field("length")?, "a length")?,
+                implicit: fields.get(record_read::implicit.name).is_some(),
             },
-            "record_write" => AcyclicService::RecordWrite {
-                slot: self.number(field("slot")?, "a slot")?,
-                subslot: self.number(field("subslot")?, "a subslot")?,
-                index: self.number(field("index")?, "an index")?,
-                bytes: octets(field("bytes")?)?,
-            },
+            "record_write" => {
+                AcyclicService::RecordWrite { at: self.record_place(fields)?, bytes: octets(field("bytes")?)? }
+            }
+            "records_write" => AcyclicService::RecordsWrite(self.records(field("records")?)?),
+            "dcp_get" => AcyclicService::DcpGet { elements: octets(field("elements")?)? },
+            "dcp_set" => AcyclicService::DcpSet { blocks: octets(field("blocks")?)? },
+            "rpc" => AcyclicService::Rpc(self.rpc(fields)?),
             "lldp" => AcyclicService::Lldp { chassis: text("chassis")?, port: text("port")? },
             "abort" => AcyclicService::Abort,
             "http_get" => AcyclicService::HttpGet { page: self.page(field("page")?)? },
@@ -328,7 +330,10 @@ impl StepScope<'_, '_> {
         };
         let asked = match service {
             AcyclicService::HttpGet { .. } | AcyclicService::HttpPost { .. } => RequestKind::Web,
-            AcyclicService::RecordRead { .. } | AcyclicService::RecordWrite { .. } => RequestKind::Whole(From::Record),
+            AcyclicService::RecordRead { .. }
+            | AcyclicService::RecordWrite { .. }
+            | AcyclicService::RecordsWrite(_)
+            | AcyclicService::Rpc(_) => RequestKind::Whole(From::Record),
             AcyclicService::Broken(_) => RequestKind::Whole(From::Last),
             _ => RequestKind::Whole(From::Station),
         };
@@ -347,6 +352,72 @@ fn service_of(via: AccessChannel) -> From {
 }
 
 impl StepScope<'_, '_> {
+    /// The place of a record that is accessed by its numbers.
+    fn record_place(&self, fields: &Node) -> Read<RecordPlace> {
+        let field = |key: &str| fields.get(key).ok_or_else(|| fields.wrong(format!("a record needs `{key}`")));
+        Ok(RecordPlace {
+            api: fields.get("api").map(|api| self.number(api, "an API")).transpose()?,
+            slot: self.number(field("slot")?, "a slot")?,
+            subslot: self.number(field("subslot")?, "a subslot")?,
+            index: self.number(field("index")?, "an index")?,
+        })
+    }
+
+    /// The records of a `records_write`.
+    fn records(&self, node: &Node) -> Read<Vec<(RecordPlace, Vec<u8>)>> {
+        let record = |fields: &Node| {
+            let bytes = fields.get("bytes").ok_or_else(|| fields.wrong("a record needs `bytes`"))?;
+            Ok((self.record_place(fields)?, octets(bytes)?))
+        };
+        node.items("records")?.iter().map(record).collect()
+    }
+
+    /// The filters of a DCP Identify as bytes.
+    fn filters(&self, fields: &Node) -> Read<IdentifyTarget> {
+        let Some(filters) = fields.get("filters") else {
+            return Err(fields.wrong("dcp_identify needs one of `name`, `alias`, `who` and `filters`"));
+        };
+        let delay = fields.get("delay").map_or(Ok(1), |delay| self.number(delay, "a delay factor"))?;
+        let wait = match fields.get("within").map(|within| self.span(within)).transpose()? {
+            None => Duration::from_secs(1),
+            Some(TimeSpan::Time(time)) => time,
+            Some(_) => return Err(fields.key("within").wrong("this time is known beforehand")),
+        };
+        Ok(IdentifyTarget::Filters { octets: octets(filters)?, delay, wait })
+    }
+
+    /// The fields of an RPC PDU.
+    fn rpc(&self, fields: &Node) -> Read<RpcService> {
+        let word = |key: &Key| fields.get(key.name);
+        let interface =
+            word(&rpc::interface).map_or(Ok(Uuid::DEVICE_INTERFACE), |node| INTERFACES.read(node, &rpc::interface))?;
+        let is_mapper = interface == Uuid::ENDPOINT_MAPPER;
+        let (version, object) = if is_mapper { (3, Some(Uuid::NIL)) } else { (1, None) };
+        let number =
+            |key: &Key, default: u32| word(key).map_or(Ok(default), |node| self.number::<u32>(node, key.sentence));
+        let body = word(&rpc::body).or(word(&rpc::blocks)).map_or(Ok(Vec::new()), octets)?;
+        let opnum = word(&rpc::opnum).ok_or_else(|| fields.wrong("rpc needs `opnum`"))?;
+        let sent = word(&rpc::sent)
+            .map(|sent| sent.items("sent")?.iter().map(|item| self.number(item, "the number of a fragment")).collect());
+        Ok(RpcService {
+            packet: word(&rpc::packet).map_or(Ok(0), |node| PACKETS.read(node, &rpc::packet))?,
+            interface: interface.0,
+            interface_version: number(&rpc::interface_version, version)?,
+            object: word(&rpc::object)
+                .map_or(Ok(object), |node| OBJECTS.read(node, &rpc::object))?
+                .map(|object| object.0),
+            opnum: self.number(opnum, "an operation")?,
+            same_activity: word(&rpc::activity).is_some(),
+            sequence: number(&rpc::sequence, 0)?,
+            server_boot: number(&rpc::server_boot, 0)?,
+            little_endian: word(&rpc::byte_order).is_some(),
+            body,
+            is_whole_body: word(&rpc::blocks).is_none(),
+            fragment: word(&rpc::fragment).map(|node| self.number(node, "a number of bytes")).transpose()?,
+            sent: sent.transpose()?,
+        })
+    }
+
     fn page(&self, node: &Node) -> Read<usize> {
         let name = plain(node, "a page")?;
         let pages = &self.names.device().pages;

@@ -77,6 +77,10 @@ fn is_answered(service: &AcyclicService, answer: Option<&AnswerMatcher>) -> bool
         | AcyclicService::Arp { .. }
         | AcyclicService::RecordRead { .. }
         | AcyclicService::RecordWrite { .. }
+        | AcyclicService::RecordsWrite(_)
+        | AcyclicService::DcpGet { .. }
+        | AcyclicService::DcpSet { .. }
+        | AcyclicService::Rpc(_)
         | AcyclicService::Dp(_)
         | AcyclicService::HttpGet { .. }
         | AcyclicService::HttpPost { .. } => true,

@@ -1,9 +1,19 @@
 //! The keys of `instead`: what can be changed in a request and in a start-up.
 
 use super::keys::{Shape, WordChoices};
+use suite::model::SoughtStation;
 
 /// Whom `who` of a DCP identify means.
-pub(super) static SOUGHT: WordChoices<bool> = WordChoices(&[("all", true), ("own_name", false)]);
+pub(super) static SOUGHT: WordChoices<SoughtStation> = WordChoices(&[
+    ("all", SoughtStation::All),
+    ("own_name", SoughtStation::OwnName),
+    ("own_id", SoughtStation::OwnId),
+    ("other_vendor", SoughtStation::OtherVendor),
+    ("other_device", SoughtStation::OtherDevice),
+    ("own_type", SoughtStation::OwnType),
+    ("other_type", SoughtStation::OtherType),
+    ("own_id_other_type", SoughtStation::OwnIdOtherType),
+]);
 
 key_set! {
     pub(crate) parameter_request "instead in a parameter request" {

@@ -472,6 +472,12 @@ pub enum NameKind {
     InputOctets(Option<usize>),
     /// `io.input_length`: length of the input data of the module in bytes.
     InputLength,
+    /// `io.input_data_status`: DataStatus of the last frame of the device.
+    InputDataStatus,
+    /// `io.input_counter`: the cycle counter of the last frame of the device.
+    InputCounter,
+    /// `io.output_data_status`: DataStatus of the frames of the controller.
+    OutputDataStatus,
     /// `io.cyclic`: `running` or `paused`.
     Cyclic,
     /// `io.alarm_acknowledge`: `given`, `received`, `held`.
@@ -633,6 +639,8 @@ pub enum EventName {
     AlarmChannel,
     /// `alarm.structure`: the UserStructureIdentifier.
     AlarmStructure,
+    /// `alarm.sequence`: the SequenceNumber of its AlarmSpecifier.
+    AlarmSequence,
     /// `abort`.
     Abort,
     /// `abort.code`.
@@ -649,12 +657,16 @@ pub enum EventName {
     LldpMac,
     /// `lldp.source`.
     LldpSource,
+    /// `lldp.ttl`.
+    LldpTtl,
+    /// `lldp.bytes`.
+    LldpBytes,
 }
 
 impl EventName {
     /// Whether it is an LLDP event, which no switch forwards.
     pub fn is_lldp(self) -> bool {
-        use EventName::{Lldp, LldpChassis, LldpMac, LldpName, LldpPort, LldpSource};
-        matches!(self, Lldp | LldpName | LldpChassis | LldpPort | LldpMac | LldpSource)
+        use EventName::{Lldp, LldpBytes, LldpChassis, LldpMac, LldpName, LldpPort, LldpSource, LldpTtl};
+        matches!(self, Lldp | LldpName | LldpChassis | LldpPort | LldpMac | LldpSource | LldpTtl | LldpBytes)
     }
 }

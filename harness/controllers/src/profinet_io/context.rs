@@ -12,6 +12,7 @@ use super::http::{Browser, PageOutcome};
 use super::ids::Ids;
 use super::layout::Layout;
 use super::outcome::{ArEnd, CallError};
+use super::raw::RawAnswer;
 use super::request::{ControllerSettings, Partner};
 use super::server::{ControllerRpcServer, ServedAr, order};
 use super::state::AwaitedEvent;
@@ -44,6 +45,8 @@ pub(super) enum JobEvent {
     Arp(Arp),
     /// The end of the outstanding call.
     Answer(RpcCallResult),
+    /// An answer to a call whose fields the caller has given.
+    Called(RawAnswer),
     /// ApplicationReady came and was answered; how the modules differ, if it says so.
     Ready(Option<ModuleDiffBlock>),
     /// A cyclic frame arrived.
@@ -72,6 +75,8 @@ pub(super) struct ControllerContext {
     /// The device of the current AR or of the last one.
     pub(super) partner: Option<Partner>,
     pub(super) browser: Option<Box<Browser>>,
+    /// The activity of the last call whose fields the caller has given.
+    pub(super) last_activity: Option<Uuid>,
     sessions: u16,
     /// The ARUUID of the last AR that was tried.
     last_uuid: Option<Uuid>,
@@ -133,6 +138,7 @@ impl ControllerContext {
             alarm_acknowledge: AlarmAcknowledge::Given,
             partner: None,
             browser: None,
+            last_activity: None,
             sessions: 0,
             last_uuid: None,
         }

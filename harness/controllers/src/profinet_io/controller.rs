@@ -11,7 +11,7 @@ use super::outcome::{ArEnd, ArReleaseOutcome, CallError, ControllerOutcome, IoPa
 use super::request::{ControllerBusy, ControllerRequest, ControllerSettings, DcpResetForm, IdentifyBy, Partner};
 use super::startup::{ArStartUpJob, send_write};
 use super::state::ArState;
-use super::{call, presence, record};
+use super::{call, presence, raw, record};
 use crate::outputs::CyclicOutputs;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -150,6 +150,11 @@ impl Controller {
                 let xid = context.ids.xid();
                 Ok(dcp(context, now, to, Dcp::set(xid, blocks), out))
             }
+            ControllerRequest::RawDcp { to, request } => {
+                let xid = raw::dcp(context, to, &request, out);
+                Ok(ControllerJob::RawDcp { to, service: request.service, xid, since: now })
+            }
+            ControllerRequest::RawCall { partner, call } => Ok(raw::call(context, now, partner, &call, out)),
             ControllerRequest::DcpSignal { to } => {
                 let xid = context.ids.xid();
                 Ok(dcp(context, now, to, Dcp::signal(xid), out))
@@ -315,6 +320,13 @@ impl Controller {
         }
         match datagram.destination.port() {
             call::CLIENT_PORT => {
+                let raw = match &self.job {
+                    Some(ControllerJob::Call(job)) => job.answer(&datagram),
+                    _ => None,
+                };
+                if let Some(answer) = raw {
+                    return self.dispatch(now, JobEvent::Called(answer), out);
+                }
                 let call = self.context.call.as_mut();
                 if let Some(answer) = call.and_then(|call| call.receive(now, &datagram, out)) {
                     self.context.call = None;
@@ -455,6 +467,10 @@ fn identify(
     // A single station answers at once. The answers of all stations are spread over half of `wait`, in units of 10 ms.
     let spread = (wait.as_millis() / 20).clamp(1, 6400) as u16;
     let (delay, filters) = match by {
+        IdentifyBy::Filters { octets, delay } => {
+            let xid = raw::identify(context, &octets, delay, out);
+            return ControllerJob::Identify { xid, until: now + wait, seen: Vec::new() };
+        }
         IdentifyBy::All => (spread, Vec::from([DcpValue::AllSelector])),
         IdentifyBy::Name(name) => (1, [DcpValue::NameOfStation(name)].into()),
         IdentifyBy::Alias(name) => (1, [DcpValue::AliasName(name)].into()),

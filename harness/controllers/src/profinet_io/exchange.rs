@@ -180,6 +180,7 @@ impl OutputProvider {
         }
         let counter = (due / SEND_CLOCK_UNIT_NANOS) as u16;
         status[..2].copy_from_slice(&counter.to_be_bytes());
+        status[2] = outputs.sent_data_status().unwrap_or(DataStatus::NORMAL.0);
     }
 
     /// A copy of the last frame sent, with the offsets of its data and its status.

@@ -9,6 +9,7 @@ use super::context::{ARGS_MAXIMUM, CallRefusal, CallTarget, ControllerContext, J
 use super::outcome::{
     ArReleaseOutcome, CallError, ControllerOutcome, DcpOutcome, IdentifiedStation, IoParameterOutcome, IoRecordOutcome,
 };
+use super::raw::RawCallJob;
 use super::record;
 use super::request::Partner;
 use super::search::{answers, is_identification};
@@ -24,7 +25,7 @@ use wire::ethernet::Mac;
 use wire::octets::ByteOrder;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::record::{ReadRequest, WriteRequest};
-use wire::profinet::dcp::{BlockError, Dcp, DcpValue, ServiceId, ServiceType};
+use wire::profinet::dcp::ServiceId;
 use wire::profinet::rpc::{EndpointEntry, LookupHandle, LookupRequest, LookupResponse, ObjectUuid, Opnum, Uuid};
 use wire::profinet::status::{PnioStatus, RecordError};
 
@@ -46,6 +47,10 @@ pub(super) enum ControllerJob {
     Identify { xid: u32, until: Time, seen: Vec<IdentifiedStation> },
     /// Waits for the answer to a DCP request.
     Dcp { to: Mac, service: ServiceId, xid: u32, since: Time },
+    /// Waits for the answer to a DCP request whose bytes the caller has given.
+    RawDcp { to: Mac, service: ServiceId, xid: u32, since: Time },
+    /// Waits for the answer to a call whose fields the caller has given.
+    Call(RawCallJob),
     /// Collects the owners of an address.
     Arp { target: Ipv4Addr, until: Time, owners: Vec<Mac> },
     /// Starts up an AR.
@@ -107,7 +112,8 @@ impl ControllerJob {
     pub(super) fn deadline(&self) -> Option<Time> {
         match self {
             ControllerJob::Identify { until, .. } | ControllerJob::Arp { until, .. } => Some(*until),
-            ControllerJob::Dcp { since, .. } => Some(*since + DCP_WAIT),
+            ControllerJob::Dcp { since, .. } | ControllerJob::RawDcp { since, .. } => Some(*since + DCP_WAIT),
+            ControllerJob::Call(call) => Some(call.until()),
             ControllerJob::StartUp(job) => job.deadline(),
             ControllerJob::Parameter(IoParameterJob { phase: ParameterPhase::Pause { until, .. }, .. }) => Some(*until),
             ControllerJob::Parameter(_)
@@ -155,9 +161,22 @@ impl ControllerJob {
             (ControllerJob::Dcp { to, service, xid, .. }, JobEvent::Dcp(from, dcp))
                 if from == *to && answers(&dcp, *service, *xid) =>
             {
-                Some(ControllerOutcome::Dcp(dcp_outcome(&dcp)))
+                Some(ControllerOutcome::Dcp(DcpOutcome::of(&dcp)))
             }
-            (ControllerJob::Dcp { service, since, .. }, JobEvent::Wake) if now >= *since + DCP_WAIT => {
+            (ControllerJob::RawDcp { to, service, xid, .. }, JobEvent::Dcp(from, dcp))
+                if from == *to && answers(&dcp, *service, *xid) =>
+            {
+                Some(ControllerOutcome::DcpAnswer(dcp))
+            }
+            (ControllerJob::Call(_), JobEvent::Called(answer)) => Some(ControllerOutcome::Called(Ok(answer))),
+            (ControllerJob::Call(call), JobEvent::Wake) if now >= call.until() => {
+                let wait = Wait { what: AwaitedEvent::Call, time: RawCallJob::WAIT };
+                Some(ControllerOutcome::Called(Err(wait)))
+            }
+            (
+                ControllerJob::Dcp { service, since, .. } | ControllerJob::RawDcp { service, since, .. },
+                JobEvent::Wake,
+            ) if now >= *since + DCP_WAIT => {
                 let what = if *service == ServiceId::GET { AwaitedEvent::StationGet } else { AwaitedEvent::StationSet };
                 Some(ControllerOutcome::Dcp(DcpOutcome::NoAnswer(Wait { what, time: DCP_WAIT })))
             }
@@ -196,25 +215,6 @@ impl ControllerJob {
             _ => None,
         }
     }
-}
-
-/// The outcome in an answer to Get or Set.
-fn dcp_outcome(dcp: &Dcp) -> DcpOutcome {
-    if dcp.service_type == ServiceType::NOT_SUPPORTED {
-        return DcpOutcome::NotSupported;
-    }
-    if dcp.service_id == ServiceId::GET {
-        return DcpOutcome::Values(dcp.blocks().to_vec());
-    }
-    let refused: Vec<_> = dcp
-        .blocks()
-        .iter()
-        .filter_map(|block| match block.value {
-            DcpValue::Response { element, error } if error != BlockError::OK => Some((element, error)),
-            _ => None,
-        })
-        .collect();
-    if refused.is_empty() { DcpOutcome::Accepted } else { DcpOutcome::Refused(refused) }
 }
 
 /// Begins to read a record of the AR.

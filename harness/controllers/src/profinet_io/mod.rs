@@ -21,6 +21,7 @@ mod layout;
 mod limits;
 mod outcome;
 mod presence;
+mod raw;
 mod record;
 mod request;
 mod search;
@@ -43,5 +44,6 @@ pub use outcome::{
     ArEnd, ArFailureReason, ArReleaseOutcome, ArStartUpFailure, ArStartUpResult, CallError, ConnectOutcome,
     ControlOutcome, ControllerOutcome, DcpOutcome, IdentifiedStation, IoParameterOutcome, IoRecordOutcome,
 };
+pub use raw::{RawActivity, RawAnswer, RawBody, RawCall, RawDcpRequest, RawObject};
 pub use request::{ControllerBusy, ControllerRequest, ControllerSettings, DcpResetForm, IdentifyBy, Partner};
 pub use state::{ArStartUpStage, ArState, AwaitedEvent, Wait};

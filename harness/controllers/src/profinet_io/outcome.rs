@@ -3,6 +3,7 @@
 //! The controller reports how its own requests ended; observers read from the frames what the device did.
 
 use super::http::PageOutcome;
+use super::raw::RawAnswer;
 use super::state::{ArStartUpStage, Wait};
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -11,7 +12,7 @@ use core::fmt;
 use wire::ethernet::Mac;
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{BlockError, Dcp, DcpBlock, DcpValue, Element};
+use wire::profinet::dcp::{BlockError, Dcp, DcpBlock, DcpValue, Element, ServiceId, ServiceType};
 use wire::profinet::rpc::{EndpointEntry, RejectStatus};
 use wire::profinet::status::PnioStatus;
 
@@ -22,6 +23,10 @@ pub enum ControllerOutcome {
     Stations(Vec<IdentifiedStation>),
     /// Outcome of DCP Get, Set, Signal or reset.
     Dcp(DcpOutcome),
+    /// Outcome of RawDcp: the answer as it came.
+    DcpAnswer(Dcp),
+    /// Outcome of RawCall: the first answer, or none.
+    Called(Result<RawAnswer, Wait>),
     /// Outcome of Connect.
     StartUp(Box<ArStartUpResult>),
     /// Outcome of Write, Read or ReadImplicit.
@@ -104,6 +109,27 @@ pub enum DcpOutcome {
     NotSupported,
     /// No answer.
     NoAnswer(Wait),
+}
+
+impl DcpOutcome {
+    /// The outcome in an answer to Get or Set.
+    pub fn of(dcp: &Dcp) -> DcpOutcome {
+        if dcp.service_type == ServiceType::NOT_SUPPORTED {
+            return DcpOutcome::NotSupported;
+        }
+        if dcp.service_id == ServiceId::GET {
+            return DcpOutcome::Values(dcp.blocks().to_vec());
+        }
+        let refused: Vec<_> = dcp
+            .blocks()
+            .iter()
+            .filter_map(|block| match block.value {
+                DcpValue::Response { element, error } if error != BlockError::OK => Some((element, error)),
+                _ => None,
+            })
+            .collect();
+        if refused.is_empty() { DcpOutcome::Accepted } else { DcpOutcome::Refused(refused) }
+    }
 }
 
 /// Why an RPC call has no usable answer.

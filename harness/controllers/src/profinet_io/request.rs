@@ -2,6 +2,7 @@
 
 use super::broken::DamagedIoFrame;
 use super::connection::{ArConfig, RecordAddress, StartUpRecord};
+use super::raw::{RawCall, RawDcpRequest};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
@@ -52,6 +53,13 @@ pub enum IdentifyBy {
     Alias(Vec<u8>),
     /// Stations that have all of these values.
     Values(Vec<DcpValue>),
+    /// Stations that have what these filters say, given as bytes, right or not.
+    Filters {
+        /// Everything after DCPDataLength.
+        octets: Vec<u8>,
+        /// ResponseDelayFactor.
+        delay: u16,
+    },
 }
 
 /// A request to a controller; it accepts one at a time.
@@ -77,6 +85,22 @@ pub enum ControllerRequest {
         to: Mac,
         /// Values with their qualifiers, see [`DcpBlock::set`]; start and stop of a transaction may be among them.
         blocks: Vec<DcpBlock>,
+    },
+    /// DCP Get or Set with the bytes of the caller, right or not. Returns
+    /// [`ControllerOutcome::DcpAnswer`](super::ControllerOutcome::DcpAnswer), or
+    /// [`ControllerOutcome::Dcp`](super::ControllerOutcome::Dcp) if there is no answer.
+    RawDcp {
+        /// Address of the station.
+        to: Mac,
+        /// The request.
+        request: RawDcpRequest,
+    },
+    /// An RPC PDU with the fields of the caller, right or not. Returns [`ControllerOutcome::Called`](super::ControllerOutcome::Called).
+    RawCall {
+        /// The station.
+        partner: Partner,
+        /// The PDU.
+        call: RawCall,
     },
     /// DCP Set that makes the device flash its LED once (Signal). Returns [`ControllerOutcome::Dcp`](super::ControllerOutcome::Dcp).
     DcpSignal {

@@ -62,6 +62,7 @@ words! {
         ParameterAnswer "parameter_answer" "the answer to the parameter request",
         Release "release" "the answer to Release",
         Lookup "lookup" "the answer of the endpoint mapper",
+        Call "call" "an answer to the RPC call",
         Page "page" "the answer of the web server",
     }
 }

@@ -140,11 +140,22 @@ impl<'a> RunningTrial<'a> {
         if !second || self.world.stations.is_connected(1) {
             return ControllerRequest::Read { target, length };
         }
+        self.implicit_read(target, length)
+    }
+
+    /// The request to read a record without a connection.
+    pub(super) fn implicit_read(&self, target: RecordAddress, length: u32) -> ControllerRequest {
+        let (partner, object) = self.callee();
+        ControllerRequest::ReadImplicit { partner, object, target, length }
+    }
+
+    /// The device as it is called outside a connection, and its object.
+    pub(super) fn callee(&self) -> (Partner, ObjectUuid) {
         let (vendor_id, device_id) = self.world.manual.device.ids().unwrap_or_default();
         let object = ObjectUuid { instance: 1, device_id, vendor_id };
         let partner = self.world.stations.controller(0).and_then(|controller| controller.partner());
         let address = partner.map_or(self.station_ip.address, |partner| partner.ip);
-        ControllerRequest::ReadImplicit { partner: Partner { mac: self.mac, ip: address }, object, target, length }
+        (Partner { mac: self.mac, ip: address }, object)
     }
 }
 

@@ -6,15 +6,19 @@ use crate::trial::RunningTrial;
 use crate::trial::access::is_request;
 use crate::trial::step_error::{StepError, StepResult, other_bus};
 use controllers::profinet_io::{
-    ControllerOutcome, ControllerRequest, DamagedIoFrame, DcpResetForm, IdentifyBy, IoRecordOutcome, RecordAddress,
+    ControllerOutcome, ControllerRequest, DamagedIoFrame, DcpResetForm, IdentifyBy, IoRecordOutcome, RawActivity,
+    RawAnswer, RawBody, RawCall, RawDcpRequest, RawObject, RecordAddress, StartUpRecord,
 };
 use expression::{HistoryState, Value};
-use judge::answer::ReceivedReply;
+use judge::answer::{NegativeResponse, ReceivedReply};
 use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use station::Duration;
 use std::net::Ipv4Addr;
-use suite::model::{AcyclicService, AnswerMatcher, AnswerPart, IdentifyTarget};
+use suite::model::{AcyclicService, AnswerMatcher, AnswerPart, IdentifyTarget, RecordPlace, RpcService, SoughtStation};
+use wire::octets::ByteOrder;
+use wire::profinet::dcp::{BlockError, Dcp, DcpValue, ServiceId, ServiceType};
+use wire::profinet::rpc::{NdrResponse, ObjectUuid, Opnum, PacketType, Uuid};
 use wire::profinet::status::AbortReason;
 
 /// How long the answer to an Identify by name or alias may take.
@@ -39,21 +43,45 @@ impl<'a> RunningTrial<'a> {
                 ControllerRequest::DcpReset { to, reset: DcpResetForm::ToFactory { qualifier: *qualifier } }
             }
             AcyclicService::DcpSignal => ControllerRequest::DcpSignal { to },
+            AcyclicService::DcpIdentify(IdentifyTarget::Filters { octets, delay, wait }) => {
+                ControllerRequest::Identify {
+                    by: IdentifyBy::Filters { octets: octets.clone(), delay: *delay },
+                    wait: *wait,
+                }
+            }
             AcyclicService::DcpIdentify(sought) => {
                 let by = match sought {
-                    IdentifyTarget::All => IdentifyBy::All,
-                    IdentifyTarget::OwnName => IdentifyBy::Name(self.environment.name.clone().into_bytes()),
+                    IdentifyTarget::Who(who) => self.sought(*who),
                     IdentifyTarget::Name(name) => IdentifyBy::Name(name.clone().into_bytes()),
                     IdentifyTarget::Alias(alias) => IdentifyBy::Alias(alias.clone().into_bytes()),
+                    IdentifyTarget::Filters { .. } => IdentifyBy::All,
                 };
-                let wait = if by == IdentifyBy::All { IDENTIFY } else { NAME_WAIT };
+                let wait = if matches!(by, IdentifyBy::All | IdentifyBy::Values(_)) { IDENTIFY } else { NAME_WAIT };
                 ControllerRequest::Identify { by, wait }
             }
-            AcyclicService::RecordRead { slot, subslot, index, length } => {
-                self.record_read(second, self.target(*slot, *subslot, *index), *length)
+            AcyclicService::RecordRead { at, length, implicit: true } => self.implicit_read(self.target(*at), *length),
+            AcyclicService::RecordRead { at, length, .. } => self.record_read(second, self.target(*at), *length),
+            AcyclicService::RecordWrite { at, bytes } => {
+                ControllerRequest::Write { target: self.target(*at), data: bytes.clone() }
             }
-            AcyclicService::RecordWrite { slot, subslot, index, bytes } => {
-                ControllerRequest::Write { target: self.target(*slot, *subslot, *index), data: bytes.clone() }
+            AcyclicService::RecordsWrite(records) => {
+                let record = |(at, data): &(RecordPlace, Vec<u8>)| StartUpRecord {
+                    target: self.target(*at),
+                    data: data.clone(),
+                };
+                ControllerRequest::WriteMultiple(records.iter().map(record).collect())
+            }
+            AcyclicService::DcpGet { elements } => {
+                let request = RawDcpRequest { service: ServiceId::GET, octets: elements.clone() };
+                ControllerRequest::RawDcp { to, request }
+            }
+            AcyclicService::DcpSet { blocks } => {
+                let request = RawDcpRequest { service: ServiceId::SET, octets: blocks.clone() };
+                ControllerRequest::RawDcp { to, request }
+            }
+            AcyclicService::Rpc(rpc) => {
+                let (partner, object) = self.callee();
+                ControllerRequest::RawCall { partner, call: call_of(rpc, object) }
             }
             AcyclicService::Lldp { chassis, port } => {
                 ControllerRequest::Lldp { chassis: chassis.clone().into_bytes(), port: port.clone().into_bytes() }
@@ -91,17 +119,19 @@ impl<'a> RunningTrial<'a> {
         };
         self.may_end |=
             matches!(service, AcyclicService::DcpReset { .. } | AcyclicService::Abort | AcyclicService::Broken(_));
+        self.may_end |= matches!(service, AcyclicService::DcpSet { .. } | AcyclicService::Rpc(_));
         self.renamed |= match service {
             AcyclicService::DcpReset { .. } => true,
+            AcyclicService::DcpSet { blocks } => !blocks.is_empty(),
             // A device that does not detect the damage accepts the name.
             AcyclicService::Broken(word) => word.starts_with("dcp") && !self.world.segment.is_model(),
             _ => false,
         };
         let before = self.world.trace.len();
         let outcome = match service {
-            AcyclicService::RecordRead { .. } | AcyclicService::RecordWrite { .. } => {
-                self.ask_in_connection(second, request)?
-            }
+            AcyclicService::RecordRead { .. }
+            | AcyclicService::RecordWrite { .. }
+            | AcyclicService::RecordsWrite(_) => self.ask_in_connection(second, request)?,
             _ => self.ask(second, request)?,
         };
         if let ControllerOutcome::Broken(broken) = &outcome {
@@ -113,13 +143,35 @@ impl<'a> RunningTrial<'a> {
             }
         }
         let is_refused = !matches!(answer, None | Some(AnswerMatcher::Accepted));
-        if is_refused && matches!(service, AcyclicService::RecordWrite { .. }) {
+        let is_free =
+            matches!(service, AcyclicService::Rpc(_) | AcyclicService::DcpGet { .. } | AcyclicService::DcpSet { .. });
+        if is_free
+            || is_refused && matches!(service, AcyclicService::RecordWrite { .. } | AcyclicService::RecordsWrite(_))
+        {
             self.world.mark_broken(before, is_request);
         }
         let mut replies = Vec::new();
         let whole = match &outcome {
             ControllerOutcome::Dcp(outcome) => dcp(outcome),
+            ControllerOutcome::DcpAnswer(answer) => {
+                replies.push((AnswerPart::Bytes, octets(Dcp::block_octets(answer.blocks()))));
+                self.took_address(service);
+                dcp_answer(answer)
+            }
+            ControllerOutcome::Called(Ok(answer)) => {
+                replies.push((AnswerPart::Bytes, octets(big_endian(answer))));
+                ReceivedReply::Accepted
+            }
+            ControllerOutcome::Called(Err(wait)) => ReceivedReply::Silent(wait.to_string()),
+            ControllerOutcome::Records(outcomes) => {
+                replies.push((AnswerPart::Bytes, octets(statuses(outcomes))));
+                let answers = outcomes.iter().map(|outcome| startup::record(outcome, true));
+                answers.into_iter().find(|reply| *reply != ReceivedReply::Accepted).unwrap_or(ReceivedReply::Accepted)
+            }
             ControllerOutcome::Stations(stations) if stations.iter().any(|station| station.mac == to) => {
+                let own = stations.iter().find(|station| station.mac == to);
+                let blocks = own.map_or(&[][..], |station| &station.blocks);
+                replies.push((AnswerPart::Bytes, octets(Dcp::block_octets(blocks))));
                 ReceivedReply::Accepted
             }
             ControllerOutcome::Owners(owners) if owners.contains(&to) => ReceivedReply::Accepted,
@@ -145,9 +197,107 @@ impl<'a> RunningTrial<'a> {
         self.judge_answer(answer.unwrap_or(&AnswerMatcher::Accepted))
     }
 
-    fn target(&self, slot: u16, subslot: u16, index: u16) -> RecordAddress {
+    fn target(&self, at: RecordPlace) -> RecordAddress {
+        let RecordPlace { api, slot, subslot, index } = at;
         let submodules = &self.world.manual.device.submodules;
         let known = submodules.iter().find(|submodule| (submodule.slot, submodule.subslot) == (slot, subslot));
-        RecordAddress { api: known.map_or(0, |submodule| submodule.api), slot, subslot, index }
+        let api = api.unwrap_or(known.map_or(0, |submodule| submodule.api));
+        RecordAddress { api, slot, subslot, index }
+    }
+
+    /// The filters of an Identify for the stations that a word stands for.
+    fn sought(&self, who: SoughtStation) -> IdentifyBy {
+        let identity = &self.world.manual.device;
+        let (vendor_id, device_id) = identity.ids().unwrap_or_default();
+        let id = |vendor_id, device_id| DcpValue::DeviceId { vendor_id, device_id };
+        let own_type = || {
+            DcpValue::Vendor(identity.profinet().map_or("", |facts| &facts.identity.station_type).as_bytes().to_vec())
+        };
+        let other_type = || DcpValue::Vendor(b"NO SUCH TYPE".to_vec());
+        IdentifyBy::Values(match who {
+            SoughtStation::All => return IdentifyBy::All,
+            SoughtStation::OwnName => return IdentifyBy::Name(self.environment.name.clone().into_bytes()),
+            SoughtStation::OwnId => vec![id(vendor_id, device_id)],
+            SoughtStation::OtherVendor => vec![id(vendor_id ^ 1, device_id)],
+            SoughtStation::OtherDevice => vec![id(vendor_id, device_id ^ 1)],
+            SoughtStation::OwnType => vec![own_type()],
+            SoughtStation::OtherType => vec![other_type()],
+            SoughtStation::OwnIdOtherType => vec![id(vendor_id, device_id), other_type()],
+        })
+    }
+
+    /// Keeps the address that the device has accepted, since it is called there from now on.
+    fn took_address(&mut self, service: &AcyclicService) {
+        let AcyclicService::DcpSet { blocks } = service else { return };
+        // Option 1, suboption 2, the length of a qualifier and an address.
+        if let [1, 2, 0, 14, _, _, address @ ..] = blocks.as_slice()
+            && let Some([a, b, c, d]) = address.first_chunk()
+            && [*a, *b, *c, *d] != [0; 4]
+        {
+            self.last_ip = Ipv4Addr::new(*a, *b, *c, *d);
+        }
+    }
+}
+
+fn octets(octets: Vec<u8>) -> ReceivedReply {
+    ReceivedReply::Value(Value::bytes(octets.as_slice()))
+}
+
+/// The reply in a DCP response: the first element that it refuses, if there is one.
+fn dcp_answer(answer: &Dcp) -> ReceivedReply {
+    let refused = answer.blocks().iter().find_map(|block| match block.value {
+        DcpValue::Response { error, .. } if error != BlockError::OK => Some(NegativeResponse::Dcp(error.0)),
+        _ => None,
+    });
+    match (answer.service_type, refused) {
+        (ServiceType::NOT_SUPPORTED, _) => ReceivedReply::Refused(NegativeResponse::NotSupported),
+        (_, Some(refused)) => ReceivedReply::Refused(refused),
+        (_, None) => ReceivedReply::Accepted,
+    }
+}
+
+/// The kind and the body of a PDU; its status and its NDR header are big-endian, whatever the byte order of the PDU.
+fn big_endian(answer: &RawAnswer) -> Vec<u8> {
+    let words = match answer.packet {
+        PacketType::RESPONSE => NdrResponse::LENGTH / 4,
+        PacketType::REJECT | PacketType::FAULT => 1,
+        _ => 0,
+    };
+    let mut pdu = vec![answer.packet.0];
+    for (at, word) in answer.body.chunks(4).enumerate() {
+        let is_swapped = answer.order == ByteOrder::Little && at < words;
+        if is_swapped { pdu.extend(word.iter().rev()) } else { pdu.extend(word) }
+    }
+    pdu
+}
+
+/// The PNIO statuses of several records, four bytes each; a record without an answer has none.
+fn statuses(outcomes: &[IoRecordOutcome]) -> Vec<u8> {
+    let status = |outcome: &IoRecordOutcome| match outcome {
+        IoRecordOutcome::Accepted { .. } => Some([0; 4]),
+        IoRecordOutcome::Refused(status) => Some(u32::from(*status).to_be_bytes()),
+        IoRecordOutcome::Failed(_) => None,
+    };
+    outcomes.iter().filter_map(status).flatten().collect()
+}
+
+/// The PDU that a suite describes.
+fn call_of(rpc: &RpcService, device: ObjectUuid) -> RawCall {
+    RawCall {
+        packet: PacketType(rpc.packet),
+        object: rpc.object.map_or(RawObject::Device(device), |object| RawObject::Other(Uuid(object))),
+        interface: Uuid(rpc.interface),
+        interface_version: rpc.interface_version,
+        opnum: Opnum(rpc.opnum),
+        activity: if rpc.same_activity { RawActivity::Last } else { RawActivity::New },
+        sequence: rpc.sequence,
+        server_boot: rpc.server_boot,
+        order: if rpc.little_endian { ByteOrder::Little } else { ByteOrder::Big },
+        body: match rpc.is_whole_body {
+            true => RawBody::Octets(rpc.body.clone()),
+            false => RawBody::Blocks(rpc.body.clone()),
+        },
+        fragment: rpc.fragment,
+        sent: rpc.sent.clone(),
     }
 }

@@ -89,6 +89,13 @@ impl<'a> RunningTrial<'a> {
                 }
                 Ok(true)
             }
+            (NameKind::OutputDataStatus, value) => {
+                let status = value.as_whole().and_then(|status| u8::try_from(status).ok()).ok_or_else(unknown)?;
+                if let Some(outputs) = self.world.stations.outputs_mut() {
+                    outputs.data_status(status);
+                }
+                Ok(true)
+            }
             (NameKind::Cyclic, value) => {
                 self.paused = word_is(value, words::CYCLIC, "paused");
                 self.may_end |= self.paused;

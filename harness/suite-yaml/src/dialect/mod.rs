@@ -4,7 +4,7 @@
 
 mod codes;
 mod profibus;
-mod profinet;
+pub(crate) mod profinet;
 
 pub(super) use codes::Service;
 

@@ -1,7 +1,9 @@
 //! Names, settings and services that only PROFINET has, or that mean something else there.
 
+use super::super::keys::{Shape, WordChoices};
 use super::super::request_keys::SOUGHT;
 use super::{Sentences, ServiceEntry};
+use wire::profinet::rpc::Uuid;
 
 /// Further names that every device on PROFINET has.
 pub(super) const NAMES: Sentences = &[
@@ -14,6 +16,9 @@ pub(super) const NAMES: Sentences = &[
     ("io.output_status", "our provider status: good, bad; also of one submodule"),
     ("io.input_status", "the device's provider status: good, bad"),
     ("io.consumer_status", "the device's consumer status: good, bad"),
+    ("io.output_data_status", "our DataStatus, 0x35 by default: bit 0 primary, 2 valid, 4 run, 5 no problem"),
+    ("io.input_data_status", "the device's DataStatus"),
+    ("io.input_counter", "the cycle counter of the device's last frame"),
     ("station.name", "the name of the station"),
     ("station.ip", "its address"),
     ("station.mask", "its subnet mask"),
@@ -37,6 +42,7 @@ pub(super) const NAMES: Sentences = &[
     ("alarm.priority", "low, high"),
     ("alarm.payload", "the bytes of its first item after the UserStructureIdentifier"),
     ("alarm.structure", "its UserStructureIdentifier"),
+    ("alarm.sequence", "the SequenceNumber of its AlarmSpecifier"),
     ("abort", "the device aborted the connection"),
     ("abort.code", "why, as a word"),
     ("lldp", "the device announced itself to its neighbour"),
@@ -45,6 +51,8 @@ pub(super) const NAMES: Sentences = &[
     ("lldp.port", "the port id up to its first dot, `port-001`"),
     ("lldp.mac", "the MAC address in the TLV of PROFINET, 6 bytes; no value without that TLV"),
     ("lldp.source", "the MAC address that the announcement comes from, that of the port, 6 bytes"),
+    ("lldp.ttl", "the time to live in seconds"),
+    ("lldp.bytes", "all TLVs"),
     ("answer.status", "the status of the last web answer"),
     ("answer.contains", "texts that stand in the last web answer"),
     ("answer.lacks", "texts that do not"),
@@ -69,10 +77,25 @@ pub(super) static SERVICES: &[ServiceEntry] = &[
     (&dcp_signal::KEYS, "DCP Set that lets the device blink."),
     (
         &dcp_identify::KEYS,
-        "DCP Identify by a station name, by `who` (all, own_name), or by the alias of its neighbour's port: `port-001.chassis`.",
+        "DCP Identify by a station name, by `who` (all, own_name), by the alias of its neighbour's port (`port-001.chassis`), or by \
+         `filters`; then `answer: { bytes }` are the blocks of the response.",
+    ),
+    (
+        &dcp_get::KEYS,
+        "DCP Get; `answer: { bytes }` are the blocks of the response, and the first refused element is the refusal.",
+    ),
+    (&dcp_set::KEYS, "DCP Set; `answer: { bytes }` are the blocks of the response."),
+    (
+        &rpc::KEYS,
+        "One RPC PDU; `answer: { bytes }` is the kind of the first PDU that answers, as a byte, and its body.",
     ),
     (&record_read::KEYS, "Reads a record by its numbers."),
     (&record_write::KEYS, "Writes a record by its numbers."),
+    (
+        &records_write::KEYS,
+        "Writes several records in one call; `answer: { bytes }` are their PNIO statuses of four bytes each, and the first that is \
+         not zero is the refusal.",
+    ),
     (&lldp::KEYS, "Announces a neighbour, once; there is no answer."),
     (
         &arp::KEYS,
@@ -101,7 +124,64 @@ key_set! {
         name may Scalar, "A station name.";
         who may Word(&SOUGHT), "All stations, or the one with the name of the device.";
         alias may Scalar, "The alias of a neighbour's port.";
-    } [OneOf(&[&name, &who, &alias])]
+        filters may Octets, "The filters: option, suboption, length and value of each.";
+        delay may Whole(0, 0xFFFF), "ResponseDelayFactor beside `filters`, 1 by default.";
+        within may Time, "How long the answer may take beside `filters`, 1s by default.";
+    } [OneOf(&[&name, &who, &alias, &filters]), With(&[&delay, &within], &filters)]
+}
+
+key_set! {
+    pub(crate) dcp_get "dcp_get" {
+        elements must Octets, "Option and suboption of each element.";
+    }
+}
+
+key_set! {
+    pub(crate) dcp_set "dcp_set" {
+        blocks must Octets, "Option, suboption, length, qualifier and value of each block.";
+    }
+}
+
+/// The kinds of PDU that a client sends.
+pub(in super::super) static PACKETS: WordChoices<u8> =
+    WordChoices(&[("request", 0), ("ping", 1), ("ack", 7), ("cancel", 8)]);
+
+/// The interfaces that can be called; `unknown` is none that exists.
+pub(in super::super) static INTERFACES: WordChoices<Uuid> = WordChoices(&[
+    ("device", Uuid::DEVICE_INTERFACE),
+    ("controller", Uuid::CONTROLLER_INTERFACE),
+    ("supervisor", Uuid::SUPERVISOR_INTERFACE),
+    ("parameter_server", Uuid::PARAMETER_SERVER_INTERFACE),
+    ("endpoint_mapper", Uuid::ENDPOINT_MAPPER),
+    ("unknown", Uuid([0x7F; 16])),
+]);
+
+/// The objects that can be called.
+pub(in super::super) static OBJECTS: WordChoices<Option<Uuid>> =
+    WordChoices(&[("device", None), ("nil", Some(Uuid::NIL)), ("unknown", Some(Uuid([0x7F; 16])))]);
+
+key_set! {
+    pub(crate) rpc "rpc" {
+        packet may Word(&PACKETS), "The kind of the PDU, `request` by default.";
+        interface may Word(&INTERFACES), "The interface, `device` by default.";
+        interface_version may Whole(0, 0xFFFF_FFFF), "Its version, 1 by default, and 3 for the endpoint mapper.";
+        object may Word(&OBJECTS), "The object, `device` by default, and `nil` for the endpoint mapper.";
+        opnum must Whole(0, 0xFFFF), "The operation.";
+        activity may Only("last"), "`last`: the activity of the last `rpc` of the case; by default a new one.";
+        sequence may Whole(0, 0xFFFF_FFFF), "The sequence number within the activity, 0 by default.";
+        server_boot may Whole(0, 0xFFFF_FFFF), "The boot time of the device that the client claims to know, 0 (none) by default.";
+        byte_order may Only("little"), "`little`: header and NDR are little-endian.";
+        blocks may Octets, "The blocks after an NDR header that fits.";
+        body may Octets, "The whole body; empty without `blocks` and `body`.";
+        fragment may Whole(8, 1392), "The bytes of the body in each fragment; by default it is sent in one piece where it fits.";
+        sent may NonEmpty(&Shape::Whole(0, 0xFFFF)), "The numbers of the fragments that are sent, in this order; all by default.";
+    } [NotBoth(&blocks, &body)]
+}
+
+key_set! {
+    pub(crate) records_write "records_write" {
+        records must NonEmpty(&Shape::Keys(&record_write::KEYS)), "The records in their order.";
+    }
 }
 
 key_set! {
@@ -109,6 +189,8 @@ key_set! {
         slot must Whole(0, 0xFFFF), "The slot.";
         subslot must Whole(0, 0xFFFF), "The subslot.";
         index must Whole(0, 0xFFFF), "The index.";
+        api may Whole(0, 0xFFFF_FFFF), "The API; by default that of the submodule.";
+        implicit may Flag, "Without a connection (ReadImplicit).";
         length must Whole(0, 0xFFFF_FFFF), "How many bytes are read at most.";
     }
 }
@@ -118,6 +200,7 @@ key_set! {
         slot must Whole(0, 0xFFFF), "The slot.";
         subslot must Whole(0, 0xFFFF), "The subslot.";
         index must Whole(0, 0xFFFF), "The index.";
+        api may Whole(0, 0xFFFF_FFFF), "The API; by default that of the submodule.";
         bytes must Octets, "The data.";
     }
 }

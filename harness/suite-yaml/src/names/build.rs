@@ -257,6 +257,9 @@ impl Names<'_> {
             ("outputs", of) => good(NameKind::OutputOctets(of), Type::Bytes, Verbs::EXPECT),
             ("inputs", of) => good(NameKind::InputOctets(of), Type::Bytes, Verbs::EXPECT),
             ("input_length", None) => good(NameKind::InputLength, Type::whole(16, false), Verbs::EXPECT),
+            ("input_data_status", None) => good(NameKind::InputDataStatus, Type::whole(8, false), Verbs::EXPECT),
+            ("input_counter", None) => good(NameKind::InputCounter, Type::whole(16, false), Verbs::EXPECT),
+            ("output_data_status", None) => good(NameKind::OutputDataStatus, Type::whole(8, false), Verbs::SET),
             ("cyclic", None) => good(NameKind::Cyclic, built_in("io.cyclic", words::CYCLIC), Verbs::SET),
             ("alarm_acknowledge", None) => {
                 let word = built_in("io.alarm_acknowledge", words::ALARM_ACKNOWLEDGE);
@@ -363,6 +366,7 @@ impl Names<'_> {
             ("alarm", Some("subslot")) => event(EventName::AlarmSubslot, Type::whole(16, false)),
             ("alarm", Some("channel")) => event(EventName::AlarmChannel, Type::whole(16, false)),
             ("alarm", Some("structure")) => event(EventName::AlarmStructure, Type::whole(16, false)),
+            ("alarm", Some("sequence")) => event(EventName::AlarmSequence, Type::whole(11, false)),
             ("abort", None) => event(EventName::Abort, Type::Bit),
             ("abort", Some("code")) => {
                 let table = WordTable::new(
@@ -376,6 +380,8 @@ impl Names<'_> {
             ("lldp", Some("chassis")) => event(EventName::LldpChassis, Type::Bytes),
             ("lldp", Some("port")) => event(EventName::LldpPort, Type::Text),
             ("lldp", Some("mac")) => event(EventName::LldpMac, Type::Bytes),
+            ("lldp", Some("ttl")) => event(EventName::LldpTtl, Type::whole(16, false)),
+            ("lldp", Some("bytes")) => event(EventName::LldpBytes, Type::Bytes),
             ("lldp", Some("source")) => event(EventName::LldpSource, Type::Bytes),
             _ => None,
         }

@@ -9,7 +9,15 @@ use suite::words;
 /// Names of PROFINET by their first part, where all that begin so are.
 const HEADS_OF_PROFINET: [&str; 4] = ["alarm", "abort", "lldp", "page"];
 /// The same below `io`.
-const IO_OF_PROFINET: [&str; 4] = ["output_status", "input_status", "consumer_status", "alarm_acknowledge"];
+const IO_OF_PROFINET: [&str; 7] = [
+    "output_status",
+    "input_status",
+    "consumer_status",
+    "alarm_acknowledge",
+    "input_data_status",
+    "input_counter",
+    "output_data_status",
+];
 /// The same below `station`.
 const STATION_OF_PROFINET: [&str; 8] = ["name", "ip", "mask", "gateway", "vendor_id", "device_id", "type", "mac"];
 /// The same below `bench`.

@@ -24,7 +24,7 @@ const OPEN_OCTETS: &str =
     "^$|^([A-Za-z][A-Za-z0-9_.-]*: )?([0-9A-F]{2}|\\.\\.|\\*)( ([A-Za-z][A-Za-z0-9_.-]*: )?([0-9A-F]{2}|\\.\\.|\\*))*$";
 /// Names whose values are bytes.
 const NAMES_OF_OCTETS: &str =
-    "^(io\\.(inputs|outputs)(\\..*)?|(answer|diag|cfg)\\.bytes|lldp\\.(chassis|mac|source)|station\\.mac)$";
+    "^(io\\.(inputs|outputs)(\\..*)?|(answer|diag|cfg)\\.bytes|lldp\\.(chassis|mac|source|bytes)|station\\.mac)$";
 /// The one name whose value is a set of words.
 const NAME_OF_SET: &str = "^diag\\.errors$";
 
@@ -271,7 +271,7 @@ fn texts(_: &mut Definitions) -> Value {
 }
 
 /// Fields and built-in names have no bits of their own: after them no list can stand.
-const WITHOUT_BITS: &str = "^(?!P[0-9]|diag\\.(errors|bytes)$|answer|role\\.|io\\.(inputs|outputs)|cfg\\.bytes$|lldp\\.(chassis|mac|source)$|station\\.mac$)([A-Za-z_][A-Za-z0-9_-]*\\.|(power|link|device|connection|alarm|abort|lldp|elapsed)$)";
+const WITHOUT_BITS: &str = "^(?!P[0-9]|diag\\.(errors|bytes)$|answer|role\\.|io\\.(inputs|outputs)|cfg\\.bytes$|lldp\\.(chassis|mac|source|bytes)$|station\\.mac$)([A-Za-z_][A-Za-z0-9_-]*\\.|(power|link|device|connection|alarm|abort|lldp|elapsed)$)";
 /// A last answer or a part of it that is no value.
 const LAST_ANSWER: &str = "^answer$|^answer\\.(?!bytes$|status$|contains$|lacks$|text$|module_diff)";
 

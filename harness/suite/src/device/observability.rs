@@ -77,6 +77,9 @@ impl NameKind {
             N::InputOctets(_) | N::InputLength | N::InputStatus(_) | N::ConsumerStatus(_) => {
                 sample(UpdatedAt::Input, VisibleIn::Event)
             }
+            N::InputDataStatus | N::InputCounter => {
+                Observability { changes_unseen: true, ..sample(UpdatedAt::Input, VisibleIn::Event) }
+            }
             N::Elapsed => sample(UpdatedAt::Always, VisibleIn::Event),
             N::DiagnosisPending => hidden(UpdatedAt::Input),
             N::Diagnosis(_) => hidden(UpdatedAt::Diagnosis),
@@ -94,6 +97,7 @@ impl NameKind {
             N::Constant(_) => settled(VisibleIn::Event),
             N::Stand(_) | N::Counter(_) => observed(UpdatedAt::Always, VisibleIn::Elsewhere),
             N::Cyclic
+            | N::OutputDataStatus
             | N::AlarmAcknowledge
             | N::GlobalControl
             | N::ClockOffset

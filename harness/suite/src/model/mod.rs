@@ -14,7 +14,7 @@ pub use condition::{
 pub use reach::Reach;
 pub use request::{
     AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AnswerMatcher, Code, DpService, IdentifyTarget,
-    RequestDeviation,
+    RecordPlace, RequestDeviation, RpcService, SoughtStation,
 };
 pub use steps::{Steps, TrialSteps};
 

@@ -94,14 +94,42 @@ pub enum RequestDeviation {
 /// The station that a DCP Identify searches for.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum IdentifyTarget {
-    /// Every station.
-    All,
-    /// The station with the name that the bench assigns to the device.
-    OwnName,
+    /// The station that a word stands for.
+    Who(SoughtStation),
     /// The station with this name.
     Name(String),
     /// The station with this alias: port and name of its neighbour.
     Alias(String),
+    /// Stations that have what these filters say.
+    Filters {
+        /// The filters as bytes.
+        octets: Vec<u8>,
+        /// ResponseDelayFactor.
+        delay: u16,
+        /// How long the answer may take.
+        wait: station::Duration,
+    },
+}
+
+/// The stations that a word stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub enum SoughtStation {
+    /// Every station.
+    All,
+    /// The station with the name that the bench assigns to the device.
+    OwnName,
+    /// Stations with the vendor ID and device ID of the device.
+    OwnId,
+    /// The same with another vendor ID.
+    OtherVendor,
+    /// The same with another device ID.
+    OtherDevice,
+    /// Stations with the type of the device.
+    OwnType,
+    /// Stations with another type.
+    OtherType,
+    /// Stations with the IDs of the device and another type.
+    OwnIdOtherType,
 }
 
 /// One service of `send`.
@@ -120,14 +148,22 @@ pub enum AcyclicService {
     DcpIdentify(IdentifyTarget),
     /// Reads a record by slot, subslot and index.
     RecordRead {
-        slot: u16,
-        subslot: u16,
-        index: u16,
+        at: RecordPlace,
         /// Requested length in bytes.
         length: u32,
+        /// Whether it is read without a connection (ReadImplicit).
+        implicit: bool,
     },
     /// Writes a record by slot, subslot and index.
-    RecordWrite { slot: u16, subslot: u16, index: u16, bytes: Vec<u8> },
+    RecordWrite { at: RecordPlace, bytes: Vec<u8> },
+    /// Writes several records in one call.
+    RecordsWrite(Vec<(RecordPlace, Vec<u8>)>),
+    /// DCP Get with these elements as bytes.
+    DcpGet { elements: Vec<u8> },
+    /// DCP Set with these blocks as bytes.
+    DcpSet { blocks: Vec<u8> },
+    /// An RPC PDU.
+    Rpc(RpcService),
     /// Sends an LLDP frame.
     Lldp { chassis: String, port: String },
     /// Sends an ARP request; the device has to answer.
@@ -155,6 +191,47 @@ pub enum AcyclicService {
         /// Field (index into the fields of the page) and value.
         fields: Vec<(usize, String)>,
     },
+}
+
+/// The place of a record that is accessed by its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub struct RecordPlace {
+    /// The API; `None`: that of the submodule.
+    pub api: Option<u32>,
+    pub slot: u16,
+    pub subslot: u16,
+    pub index: u16,
+}
+
+/// An RPC PDU, sent once.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub struct RpcService {
+    /// The kind of the PDU.
+    pub packet: u8,
+    /// The interface, as a UUID in canonical order.
+    pub interface: [u8; 16],
+    /// The version of the interface.
+    pub interface_version: u32,
+    /// The object, as a UUID in canonical order; `None`: that of the device.
+    pub object: Option<[u8; 16]>,
+    /// The operation.
+    pub opnum: u16,
+    /// Whether the PDU belongs to the activity of the last one.
+    pub same_activity: bool,
+    /// The sequence number within the activity.
+    pub sequence: u32,
+    /// The boot time of the server that the client claims to know.
+    pub server_boot: u32,
+    /// Whether header and NDR are little-endian.
+    pub little_endian: bool,
+    /// The body, or the blocks for which an NDR header is made.
+    pub body: Vec<u8>,
+    /// Whether `body` is the whole body.
+    pub is_whole_body: bool,
+    /// Bytes of the body in each fragment.
+    pub fragment: Option<usize>,
+    /// The fragments that are sent, in this order.
+    pub sent: Option<Vec<usize>>,
 }
 
 /// A service of PROFIBUS, sent once and unchanged.

@@ -488,21 +488,27 @@ impl<'a> Scan<'a> {
             {
                 self.im_record(false, times);
             }
-            AcyclicService::RecordWrite { index, bytes, .. }
-                if [self.manual.device.parameter_access.index, OLD_PARAMETER_ACCESS].contains(index) =>
-            {
-                self.parameter_request(bytes, times);
+            AcyclicService::RecordWrite { at, bytes } => self.record_written(at.index, bytes, times),
+            AcyclicService::RecordsWrite(records) => {
+                records.iter().for_each(|(at, bytes)| self.record_written(at.index, bytes, times));
             }
-            AcyclicService::RecordWrite { index, .. } => {
-                let kept = KEPT_RECORDS.contains(index);
-                let record = self.manual.device.records.iter().position(|record| record.index == *index);
-                let said = record.is_some_and(|of| self.manual.device.changes.nvm_write.contains(&Changed::Record(of)));
-                self.changes(|changed| record.is_some_and(|of| *changed == Changed::Record(of)), times);
-                if kept {
-                    self.im_record(said, times);
-                }
-            }
+            AcyclicService::DcpSet { blocks } => dcp_consents(blocks).for_each(|consent| {
+                self.add(BenchNeed::Consent(consent));
+            }),
             _ => {}
+        }
+    }
+
+    fn record_written(&mut self, index: u16, bytes: &[u8], times: u64) {
+        if [self.manual.device.parameter_access.index, OLD_PARAMETER_ACCESS].contains(&index) {
+            return self.parameter_request(bytes, times);
+        }
+        let kept = KEPT_RECORDS.contains(&index);
+        let record = self.manual.device.records.iter().position(|record| record.index == index);
+        let said = record.is_some_and(|of| self.manual.device.changes.nvm_write.contains(&Changed::Record(of)));
+        self.changes(|changed| record.is_some_and(|of| *changed == Changed::Record(of)), times);
+        if kept {
+            self.im_record(said, times);
         }
     }
 
@@ -576,4 +582,15 @@ fn number(program: &Program) -> Option<f64> {
         Value::Number(number) => Some(number.to_f64()),
         value => value.as_whole().map(|whole| whole as f64),
     }
+}
+
+/// What a DCP Set with these blocks may change; blocks that cannot be read may change name and address.
+fn dcp_consents(blocks: &[u8]) -> impl Iterator<Item = Consent> {
+    let has = |option: u8, suboption: u8| blocks.windows(2).any(|pair| pair == [option, suboption]);
+    let asked = [
+        (has(2, 2), Consent::SetName),
+        (has(1, 2) || has(1, 3), Consent::SetIp),
+        (has(5, 5) || has(5, 6), Consent::FactoryReset),
+    ];
+    asked.into_iter().filter_map(|(is_asked, consent)| is_asked.then_some(consent))
 }

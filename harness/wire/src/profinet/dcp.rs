@@ -134,6 +134,13 @@ impl Dcp {
         }
     }
 
+    /// The blocks as bytes, each padded to an even length.
+    pub fn block_octets(blocks: &[DcpBlock]) -> Vec<u8> {
+        let mut out = Vec::new();
+        blocks.iter().for_each(|block| block.write(&mut out));
+        out
+    }
+
     /// The elements in the frame, in order.
     pub fn elements(&self) -> impl Iterator<Item = Element> + '_ {
         let (requested, blocks): (&[Element], &[DcpBlock]) = match &self.body {
