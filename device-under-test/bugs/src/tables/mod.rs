@@ -24,6 +24,8 @@ pub mod codes;
 pub mod connect_fields;
 mod connection_state;
 pub mod cyclic_state;
+pub mod dcp_options;
+mod dcp_options_state;
 pub mod diagnosis;
 mod diagnosis_state;
 pub mod dp_diagnosis;
@@ -31,6 +33,8 @@ pub mod dp_presets;
 pub mod dp_slave;
 pub mod dp_slave_state;
 pub mod dp_station;
+pub mod frame_status;
+mod frame_status_state;
 pub mod handshakes;
 pub mod isochronous;
 pub mod layouts;
@@ -43,9 +47,13 @@ pub mod parameters;
 pub mod persona_bugs;
 pub mod presets;
 pub mod profinet_io;
+pub mod record_access;
+mod record_access_state;
 pub mod records;
 pub mod requests;
 pub mod reset;
+pub mod rpc_calls;
+mod rpc_calls_state;
 pub mod sendix_leds;
 pub mod service;
 pub mod set_prm;
@@ -70,11 +78,13 @@ pub static GROUPS: &[&[Group]] = &[
     amt58::GROUPS,
     codes::GROUPS,
     connect_fields::GROUPS,
+    dcp_options::GROUPS,
     diagnosis::GROUPS,
     dp_diagnosis::GROUPS,
     dp_presets::GROUPS,
     dp_slave::GROUPS,
     dp_station::GROUPS,
+    frame_status::GROUPS,
     handshakes::GROUPS,
     isochronous::GROUPS,
     layouts::GROUPS,
@@ -88,9 +98,11 @@ pub static GROUPS: &[&[Group]] = &[
     parameters::GROUPS,
     profinet_io::GROUPS,
     presets::GROUPS,
+    record_access::GROUPS,
     records::GROUPS,
     requests::GROUPS,
     reset::GROUPS,
+    rpc_calls::GROUPS,
     service::GROUPS,
     set_prm::GROUPS,
     signals::GROUPS,

@@ -14,8 +14,9 @@ use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::{AlarmCrBlockReq, ArBlockReq, IocrBlockReq};
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::dcp::DcpValue;
+use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::rpc::RpcHeader;
-use wire::profinet::rt::{FrameId, IoxS};
+use wire::profinet::rt::{DataStatus, FrameId, IoxS};
 use wire::profinet::status::{AbortReason, PnioStatus, RecordError};
 
 /// A yes-or-no decision of the stack and its subject. Each comment says what `true` means.
@@ -29,6 +30,18 @@ pub enum StackCheck<'a> {
     IdentifyName(&'a [u8], &'a [u8]),
     /// The device accepts this name; an empty name clears it.
     Name(&'a [u8]),
+    /// A station can use these addresses.
+    Address(IpParameter),
+    /// A Set comes from the station whose transaction is open.
+    TransactionOwner,
+    /// A transaction without a Stop ends.
+    TransactionEnds,
+    /// A call is older than the last one of its activity and is not answered.
+    OldCall,
+    /// A cyclic frame with this DataStatus is ignored as a whole.
+    IgnoredFrame(DataStatus),
+    /// The outputs of a frame with this DataStatus count.
+    DataStatus(DataStatus),
     /// The LED flashes for this Signal value.
     Signal(u16),
     /// The connections end, for this reason.

@@ -222,6 +222,11 @@ impl Stack {
             return Err(RecordError::INVALID_INDEX);
         }
         let text = ImText::parse(data).map_err(|_| RecordError::WRITE_LENGTH_ERROR)?;
+        let mut whole = Vec::new();
+        text.write(&mut whole);
+        if whole.len() != data.len() {
+            return Err(RecordError::WRITE_LENGTH_ERROR);
+        }
         if text.block().0 != BlockType::IM0.0 + number {
             return Err(RecordError::INVALID_PARAMETER);
         }

@@ -101,7 +101,9 @@ impl OutputConsumer {
         let Some(frame) = frame.ok().filter(|_| is_whole) else { return false };
         let status = frame.status;
         let is_old = self.counter.is_some_and(|last| last.wrapping_sub(status.cycle_counter) < OutputConsumer::OLD);
-        if is_old || status.transfer_status != 0 || status.data_status.has(DataStatus::IGNORE) {
+        let ignores = status.data_status.has(DataStatus::IGNORE);
+        let ignores = self.hooks.check(StackCheck::IgnoredFrame(status.data_status), ignores);
+        if is_old || status.transfer_status != 0 || ignores {
             return false;
         }
         self.counter = Some(status.cycle_counter);
@@ -110,8 +112,8 @@ impl OutputConsumer {
             return true;
         }
         let required = DataStatus::PRIMARY | DataStatus::DATA_VALID | DataStatus::RUN;
-        let counts = status.data_status.has(required);
         let OutputConsumer { outputs, hooks, .. } = self;
+        let counts = hooks.check(StackCheck::DataStatus(status.data_status), status.data_status.has(required));
         for output in outputs {
             let end = output.at + output.octets;
             let status = frame.data.get(end).copied().map_or(IoxS::BAD, IoxS);

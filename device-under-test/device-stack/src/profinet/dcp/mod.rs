@@ -35,7 +35,8 @@ struct DelayedResponse {
 #[derive(Debug)]
 struct DcpTransaction {
     owner: Mac,
-    expires: Time,
+    /// When it ends without a Stop.
+    expires: Option<Time>,
     station: StationData,
     stored: StationData,
 }
@@ -68,7 +69,7 @@ impl DcpState {
     /// When the next timer expires.
     pub(super) fn due(&self) -> Option<Time> {
         let waiting = self.waiting.iter().map(|waiting| waiting.due).min();
-        let transaction = self.transaction.as_ref().map(|transaction| transaction.expires);
+        let transaction = self.transaction.as_ref().and_then(|transaction| transaction.expires);
         earlier(waiting, earlier(transaction, self.hello))
     }
 }
@@ -142,9 +143,8 @@ impl Stack {
             let DelayedResponse { to, answer, .. } = self.dcp.waiting.remove(at);
             answer.write_frame_to(to, self.retained.mac, env);
         }
-        if self.dcp.transaction.as_ref().is_some_and(|transaction| transaction.expires <= env.now) {
-            self.dcp.transaction = None;
-        }
+        let transaction = self.dcp.transaction.take();
+        self.dcp.transaction = transaction.filter(|transaction| transaction.expires.is_none_or(|at| at > env.now));
         if self.dcp.hello.is_some_and(|due| due <= env.now) {
             self.dcp.hello = None;
             let blocks = self.hello_blocks();

@@ -92,7 +92,7 @@ impl Stack {
         ip: &IpParameter,
         block: &DcpBlock,
     ) -> Result<(), BlockError> {
-        if !is_usable(ip) {
+        if !self.hooks.check(StackCheck::Address(*ip), is_usable(ip)) {
             return Err(BlockError::SUBOPTION_NOT_SET);
         }
         let requested = StationData {
@@ -125,8 +125,11 @@ impl Stack {
         let stores = block.qualifier().is_permanent();
         let blank = StationData::default();
         let retained = if stores { requested } else { &blank };
+        let owner = self.dcp.transaction.as_ref().map(|transaction| transaction.owner);
+        if owner.is_some_and(|owner| !self.hooks.check(StackCheck::TransactionOwner, owner == source)) {
+            return Err(BlockError::RESOURCE_ERROR);
+        }
         match &mut self.dcp.transaction {
-            Some(transaction) if transaction.owner != source => return Err(BlockError::RESOURCE_ERROR),
             Some(transaction) => {
                 assign(&mut transaction.station, requested);
                 assign(&mut transaction.stored, retained);
@@ -145,7 +148,8 @@ impl Stack {
         if self.dcp.transaction.as_ref().is_some_and(|transaction| transaction.owner != owner) {
             return Err(BlockError::RESOURCE_ERROR);
         }
-        let expires = env.now + DcpState::TRANSACTION;
+        let expires = Some(env.now + DcpState::TRANSACTION);
+        let expires = expires.filter(|_| self.hooks.check(StackCheck::TransactionEnds, true));
         let (station, stored) = (self.station.clone(), self.stored.clone());
         self.dcp.transaction = Some(DcpTransaction { owner, expires, station, stored });
         Ok(())

@@ -1,7 +1,7 @@
 //! The RPC server: converts PDUs to requests and replies to PDUs. It handles fragments, repetitions, pings and
 //! cancels.
 
-use super::super::hooks::AttachedStackHooks;
+use super::super::hooks::{AttachedStackHooks, StackCheck};
 use super::endpoint_mapper::{self, MapperEntry};
 use super::pdus;
 use alloc::vec::Vec;
@@ -107,7 +107,8 @@ impl RpcServer {
                 let is_incomplete = header.flags1.has(Flags1::FRAGMENT) && !header.flags1.has(Flags1::LAST_FRAGMENT);
                 return if is_incomplete { PduAction::Nothing } else { PduAction::Say(call.answer.clone()) };
             }
-            if (call.sequence.wrapping_sub(header.sequence) as i32) > 0 {
+            let is_old = (call.sequence.wrapping_sub(header.sequence) as i32) > 0;
+            if self.hooks.check(StackCheck::OldCall, is_old) {
                 return PduAction::Nothing;
             }
         }

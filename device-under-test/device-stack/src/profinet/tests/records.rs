@@ -129,6 +129,7 @@ fn texts_survive_a_loss_of_power() {
     assert_eq!(write(&mut bench, HEAD, 0xAFF2, &octets), PnioStatus::OK);
     assert_eq!(write(&mut bench, HEAD, 0xAFF3, &octets), PnioStatus::from(0xDF80_B800));
     assert_eq!(write(&mut bench, HEAD, 0xAFF2, &octets[1..]), PnioStatus::from(0xDF80_B100));
+    assert_eq!(write(&mut bench, HEAD, 0xAFF2, &[&octets[..], b"  "].concat()), PnioStatus::from(0xDF80_B100));
     bench.device.power(bench.now, false);
     bench.device.power(bench.now, true);
     bench.run(core::time::Duration::from_secs(3));
