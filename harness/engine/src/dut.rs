@@ -1,7 +1,7 @@
 //! Devices under test, and how each kind is connected to a segment.
 
 use super::environment::{DpLine, TrialEnvironment};
-use super::live::{LiveDevice, SharedLiveDevice};
+use super::live::{LiveDevice, SharedLiveDevice, VirtualStart};
 use super::segment::{DeviceOnStand, ModelOnStand, NoStand, PeerWithoutStand, Segment, VirtualSegment};
 use controllers::profibus_dp::MasterSettings;
 use deviations::{BuildError, Line, ReferenceDevice, Setup, Subject, subject};
@@ -202,7 +202,7 @@ impl DutSpec {
             Ok(ModelOnStand::new(built(bugs, true)?, Box::new(move || delivered(bugs, false))))
         };
         Ok(match &self.kind {
-            DutKind::Live(device) => device.0.segment(),
+            DutKind::Live(device) => device.0.segment(VirtualStart { shaft, line }),
             DutKind::Model { deviations } | DutKind::External { deviations, .. } => on.put(model(deviations)?),
             DutKind::Null(NullPeer::Absent | NullPeer::Silent) => on.put(PeerWithoutStand(Silent, NoStand)),
             DutKind::Null(NullPeer::Reflector) if is_slave => {
@@ -226,6 +226,11 @@ impl DutSpec {
             DutKind::Null(NullPeer::DiesAfter(frames)) => on.put(DyingDevice(DiesAfter::new(model(&[])?, *frames))),
         })
     }
+}
+
+/// Connects a device to a new virtual wire, or to a new bus if it is a slave.
+pub fn virtual_segment<'a>(device: impl DeviceOnStand + 'a, line: DpLine, is_slave: bool) -> Box<dyn Segment + 'a> {
+    SegmentBuilder { is_slave, is_built_in: false, line }.put(device)
 }
 
 /// The segment to which a device is connected.

@@ -3,7 +3,7 @@
 //! [`LiveDevice`] is implemented where the real wires are. This module must not know how a device is found or prepared, nor what
 //! carries its frames.
 
-use super::environment::TrialEnvironment;
+use super::environment::{DpLine, TrialEnvironment};
 use super::segment::Segment;
 use description::variant::VariantReading;
 use results::bench_file::BenchFile;
@@ -96,6 +96,15 @@ pub struct RestoreOutcome {
     pub remarks: Vec<String>,
 }
 
+/// How a trial begins on a virtual wire.
+#[derive(Clone, Copy, Debug)]
+pub struct VirtualStart {
+    /// The position of the shaft in hardware steps from the physical zero.
+    pub shaft: u64,
+    /// The addresses and the baud rate on PROFIBUS.
+    pub line: DpLine,
+}
+
 /// A device outside of this process on a prepared bench; it is used by one trial at a time.
 pub trait LiveDevice: Debug + Send + Sync {
     /// The suite of the device that it claims to be, with the data of its description.
@@ -124,8 +133,14 @@ pub trait LiveDevice: Debug + Send + Sync {
     /// Why only reading cases may run; `None` if all may.
     fn passive(&self) -> Option<&str>;
 
-    /// The wire without another station of the harness, for one trial; its clock starts at zero.
-    fn segment(&self) -> Box<dyn Segment + '_>;
+    /// The wire without another station of the harness, for one trial; its clock starts at zero. `start` says how the trial begins on
+    /// a virtual wire.
+    fn segment(&self, start: VirtualStart) -> Box<dyn Segment + '_>;
+
+    /// Whether its wire is virtual, so that a trial needs no real time and the device begins each one in factory state.
+    fn is_virtual(&self) -> bool {
+        false
+    }
 
     /// Adds a line to the journal.
     fn note(&self, entry: &JournalEntry) -> Result<(), String>;

@@ -40,7 +40,7 @@ pub fn run_trial(
 /// cycle is short.
 pub fn dp_line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
     let line = dut.environment().line;
-    if dut.live().is_some() {
+    if dut.live().is_some_and(|live| !live.is_virtual()) {
         return line;
     }
     let said = trial.and_then(baud);
@@ -175,13 +175,25 @@ pub fn run_trial_on(
 fn outcome(mut run: RunningTrial<'_>, decided: Option<(Verdict, CaseFailure)>, dut: &DutSpec) -> TrialOutcome {
     let why = if run.world.segment.is_model() { None } else { run.disturbance() };
     let disturbed = why.is_some();
+    // A virtual wire is disturbed only by the program that is the device.
+    let by_program = disturbed && run.world.segment.is_virtual();
+    let decided = decided.map(|(verdict, failure)| {
+        let next = "Fix the program and run the trial again; nothing was judged.".to_owned();
+        let failure = if by_program { CaseFailure { blame: FailureCause::Device, next, ..failure } } else { failure };
+        (verdict, failure)
+    });
     let identity = run.driver.identity(&run);
     let option = |option: &str, names: Vec<String>| -> String {
         names.iter().map(|name| format!(" --{option} {name}")).collect()
     };
     let deviations = option("bug", dut.bugs()) + &option("vary", dut.variations());
     let persona = run.environment.persona.as_ref().map(|persona| format!(" --persona {}", persona.name));
-    let repeat = format!("--dut {dut}{}{deviations}", persona.unwrap_or_default());
+    let named = dut.to_string();
+    let named = if named.contains(char::is_whitespace) { format!("'{named}'") } else { named };
+    // A command does not say what the program claims to be.
+    let is_bare = dut.live().is_some_and(|live| live.is_virtual() && live.bench().path.is_none());
+    let claim = if is_bare { format!(" --device {}/{}", dut.manual, dut.variant) } else { String::new() };
+    let repeat = format!("--dut {named}{claim}{}{deviations}", persona.unwrap_or_default());
     let manual = run.world.manual;
     let trial = run.trial;
     let main = match (&decided, run.checks) {

@@ -31,8 +31,13 @@ pub trait Segment {
         true
     }
 
-    /// Whether the device is a model: then time is simulated, no other station is on the wire, and a wrong suite is an error.
+    /// Whether the device is a model, so that a suite which does not fit it is an error.
     fn is_model(&self) -> bool;
+
+    /// Whether time is simulated and no other station is on the wire.
+    fn is_virtual(&self) -> bool {
+        self.is_model()
+    }
 
     /// Errors of the wire itself: frames that no wire can carry.
     fn objections(&self) -> Vec<String> {

@@ -114,6 +114,8 @@ pub struct TrialWorld<'a> {
     recording: Option<Box<StepRecording>>,
     /// The time of a virtual wire, which advances only in a step; `None` on a live wire.
     virtual_clock: Option<Time>,
+    /// Whether the device is a model, whose wire never breaks.
+    is_model: bool,
 }
 
 /// The observations from the begin of a step on.
@@ -160,7 +162,8 @@ impl<'a> TrialWorld<'a> {
         TrialWorld {
             manual,
             variant,
-            virtual_clock: segment.is_model().then(|| segment.now()),
+            virtual_clock: segment.is_virtual().then(|| segment.now()),
+            is_model: segment.is_model(),
             segment,
             addresses: stations.addresses(),
             stations,
@@ -263,7 +266,7 @@ impl<'a> TrialWorld<'a> {
 
     /// The same, with what a repetition would help against.
     pub fn stop(&self) -> Option<Disturbance> {
-        if self.virtual_clock.is_some() { None } else { self.line_stop() }
+        if self.is_model { None } else { self.line_stop() }
     }
 
     fn line_stop(&self) -> Option<Disturbance> {

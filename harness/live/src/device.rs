@@ -14,7 +14,7 @@ use engine::dut::{CONTROLLER, SECOND};
 use engine::needs::{self, Ability, BenchNeed, Consent};
 use engine::scan::each_step_of;
 use engine::segment::Segment;
-use engine::{DpLine, LiveDevice, TrialEnvironment, TrialExclusion};
+use engine::{DpLine, LiveDevice, TrialEnvironment, TrialExclusion, VirtualStart};
 use results::bench_file::BenchFile;
 use results::journal::{InitialDevice, JournalEntry, change};
 use results::outcome::DeviceFinding;
@@ -23,6 +23,7 @@ use std::fmt;
 use std::net::Ipv4Addr;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use suite::device::DeviceDescription;
 use suite::model::{AccessChannel, AcyclicService, ConnectionStart, DpService, Manual, SuiteVariant, Trial, Verb};
 use suite::persona::Persona;
 use wire::profinet::dcp::block::IpParameter;
@@ -195,23 +196,11 @@ impl DeviceOnBench {
         self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Why a start-up of the trial cannot be made: a value in it was invented for the reference device.
-    fn lacks_description(&self, trial: &Trial) -> Option<String> {
-        let device = &self.manual().device;
-        let mut starts: Vec<&ConnectionStart> = trial.start().into_iter().collect();
-        each_step_of(trial, &mut |step| {
-            if let Verb::Connect { start, .. } = &step.verb {
-                starts.push(start);
-            }
-        });
-        starts.into_iter().find_map(|start| description::gsdml::needs_description(device, start))
-    }
-
     /// Checks whether this bench serves a trial. The reason is the first one found, the lines are all.
     fn check_bench(&self, needs: &[BenchNeed], trial: &Trial) -> Result<(), TrialExclusion> {
         let (long, nvm_left) = (self.0.long, self.state().nvm_left);
         let of_needs = needs::missing(needs, self.bench(), long, nvm_left);
-        let of_description = self.lacks_description(trial);
+        let of_description = needs_description_of(&self.manual().device, trial);
         let passive = self.0.passive.as_ref().filter(|_| !only_reads(trial));
         let mut lines = needs::missing_lines(needs, self.bench(), long, nvm_left);
         if of_description.is_some() {
@@ -316,7 +305,7 @@ impl LiveDevice for DeviceOnBench {
         self.0.passive.as_deref()
     }
 
-    fn segment(&self) -> Box<dyn Segment + '_> {
+    fn segment(&self, _: VirtualStart) -> Box<dyn Segment + '_> {
         segment::of(self.state(), self.environment())
     }
 
@@ -381,6 +370,17 @@ impl LiveDevice for DeviceOnBench {
         state.nvm_left = state.nvm_left.saturating_sub(needs::nvm_writes(&needs));
         Ok(())
     }
+}
+
+/// Why a start-up of the trial cannot be made: a value in it was invented for the reference device.
+pub(crate) fn needs_description_of(device: &DeviceDescription, trial: &Trial) -> Option<String> {
+    let mut starts: Vec<&ConnectionStart> = trial.start().into_iter().collect();
+    each_step_of(trial, &mut |step| {
+        if let Verb::Connect { start, .. } = &step.verb {
+            starts.push(start);
+        }
+    });
+    starts.into_iter().find_map(|start| description::gsdml::needs_description(device, start))
 }
 
 /// Whether a trial changes parameters: by base mode parameter access, by a web page, or by a reset.

@@ -1,8 +1,9 @@
-//! Benches with real wires: preflight, filters before the wire, stand, journal and serving of reference devices.
+//! Benches with real wires and with programs: preflight, filters before the wire, stand, journal and serving of reference devices.
 //!
 //! This crate must not know suites, nor how anything is judged.
 #![allow(missing_docs, reason = "used inside this workspace only")]
 
+pub mod application;
 pub mod control;
 pub mod device;
 pub mod device_discovery;

@@ -101,6 +101,7 @@ pub fn open(link: &LinkSpec) -> PreflightResult<Box<dyn Port>> {
             Box::new(FrameSocket::open(&address)?)
         }
         LinkSpec::Serial(path) => return unusable(format!("the serial line {path} carries no Ethernet frames")),
+        LinkSpec::App(_) => return unusable("a program has no wire that could be opened".to_owned()),
     })
 }
 

@@ -30,7 +30,7 @@ fn check_model(manual: &Manual) -> Result<(), String> {
     }
     let name = &manual.device.name;
     Err(format!(
-        "{name} has no reference device; name a live device with --dut: a bench file, nic:IF, socket:ADDRESS or serial:TTY"
+        "{name} has no reference device; name a live device with --dut: a bench file, nic:IF, socket:ADDRESS, serial:TTY or app:COMMAND"
     ))
 }
 
@@ -157,13 +157,13 @@ fn null_device_kind(what: &str) -> Result<NullPeer, String> {
 }
 
 fn unknown_dut(dut: &str) -> String {
-    let kinds = ["model:", "null:", "nic:", "serial:", "socket:"];
+    let kinds = ["model:", "null:", "nic:", "serial:", "socket:", "app:"];
     let kind = dut.split_once(':').map_or(dut, |(kind, _)| kind);
     let meant =
         nearest(&format!("{kind}:"), kinds).map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
     format!(
-        "`{dut}` is not a device under test; write model:MANUAL[/VARIANT], nic:IF, socket:ADDRESS, serial:TTY, null:KIND or a bench \
-         file{meant}"
+        "`{dut}` is not a device under test; write model:MANUAL[/VARIANT], nic:IF, socket:ADDRESS, serial:TTY, app:COMMAND, null:KIND or \
+         a bench file{meant}"
     )
 }
 

@@ -1,6 +1,7 @@
 //! Opens the live devices that the command line names.
 
 use super::{CommandError, Suites, print_message};
+use ::live::application::{ApplicationOnBench, PreparedApplication};
 use ::live::device::{ComparedDevice, DeviceOnBench};
 use description::gsd::{self, DescribedSlave};
 use description::gsdml::{self, Gsdml};
@@ -17,6 +18,7 @@ use results::bench_file::{self, ANY_DEVICE, ANY_SLAVE, BenchFile, DeviceClaim, L
 use results::outcome::DescriptionKind;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use suite::device::Origin;
 use suite::model::Manual;
@@ -92,6 +94,11 @@ fn lock_name(bench: &BenchFile) -> String {
                 std::fs::canonicalize(path).map_or_else(|_| address.clone(), |path| path.display().to_string())
             )
         }
+        // Each bench starts a program of its own, so none is in use elsewhere.
+        LinkSpec::App(_) => {
+            static BENCHES: AtomicU64 = AtomicU64::new(0);
+            format!("app:{}:{}", std::process::id(), BENCHES.fetch_add(1, Ordering::Relaxed))
+        }
     }
 }
 
@@ -117,7 +124,7 @@ pub fn open_for(
     persona: Option<Arc<Persona>>,
 ) -> Result<DutSpec, CommandError> {
     let mut manual = manual(&bench, suites)?;
-    if bench.link.bus() != manual.device.bus.kind() {
+    if bench.link.bus().is_some_and(|bus| bus != manual.device.bus.kind()) {
         let name = &manual.device.name;
         return Err(CommandError::usage(match manual.device.profibus() {
             Some(_) => format!("{name} is a PROFIBUS device; its link is `serial:TTY`, not {}", bench.link),
@@ -134,6 +141,11 @@ pub fn open_for(
     bench.describe_pages(device);
     let DeviceClaim { manual: name, variant: claimed } = bench.claim.clone();
     link::interrupt::watch();
+    if matches!(bench.link, LinkSpec::App(_)) {
+        let device = prepare_application(bench, manual, variant, persona)?;
+        let kind = DutKind::Live(SharedLiveDevice(Arc::new(device)));
+        return Ok(DutSpec { manual: name, variant: claimed, kind });
+    }
     let live = match manual.device.profibus() {
         None => prepare_profinet_device(purpose, port, bench, manual, variant, long, persona)?,
         Some(_) => prepare_profibus_slave(purpose, bench, manual, variant, long)?,
@@ -142,6 +154,37 @@ pub fn open_for(
         print_message(&format!("only cases that read are run: {why}"));
     }
     Ok(DutSpec { manual: name, variant: claimed, kind: DutKind::Live(SharedLiveDevice(Arc::new(live))) })
+}
+
+/// Starts a program and prepares the device whose application it is.
+fn prepare_application(
+    bench: BenchFile,
+    mut manual: Manual,
+    variant: usize,
+    persona: Option<Arc<Persona>>,
+) -> Result<ApplicationOnBench, CommandError> {
+    let gsdml = bench.description_of(DescriptionKind::Gsdml).map(read_gsdml).transpose()?;
+    let gsd = bench.description_of(DescriptionKind::Gsd).map(super::gsd::open).transpose()?;
+    let start_parameters = bench.start_parameters.clone();
+    let prepared = PreparedApplication::start(bench, manual.device.bus.kind()).map_err(CommandError::bench)?;
+    let device =
+        Arc::get_mut(&mut manual.device).ok_or_else(|| CommandError::bench("the suite is in use elsewhere"))?;
+    let (compared, notes) = match device.profibus() {
+        None => {
+            let reported = Some(&prepared.reported);
+            let variant_readings = profinet_readings(device, gsdml.as_ref(), reported);
+            let overlay = gsdml::overlay(device, variant, gsdml.as_ref(), reported, &start_parameters);
+            let findings = gsdml::compare(device, variant, gsdml.as_ref(), reported);
+            (ComparedDevice { findings, variant_readings }, [overlay.taken, overlay.missing].concat())
+        }
+        Some(_) => {
+            let variant_readings = profibus_readings(device, gsd.as_ref());
+            let overlay = gsd::overlay(device, gsd.as_ref(), &start_parameters);
+            let findings = gsd.iter().flat_map(|known| gsd::compare(device, variant, known)).collect();
+            (ComparedDevice { findings, variant_readings }, [overlay.taken, overlay.missing].concat())
+        }
+    };
+    Ok(ApplicationOnBench::new(prepared, manual, compared, notes, persona))
 }
 
 /// Prepares a PROFINET device.

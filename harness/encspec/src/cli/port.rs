@@ -142,6 +142,7 @@ impl PortArgs {
                     address.parse().map_err(|error: BadAddress| CommandError::usage(error.to_string()))?;
                 Ok(Box::new(open(&address).map_err(unusable)?))
             }
+            LinkSpec::App(_) => Err(CommandError::usage("a program has no wire that could be opened")),
             LinkSpec::Serial(path) => Err(CommandError::usage(format!(
                 "the serial line {path} carries no Ethernet frames; use an interface or a socket"
             ))),

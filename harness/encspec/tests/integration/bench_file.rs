@@ -174,7 +174,7 @@ fn an_error_has_its_position_and_a_suggestion(#[case] more: &str, #[case] begins
 #[case("device: lika-xac77-profinet/xac7718\nlink: nic:\n", "")]
 #[case(
     "device: lika-xac77-profinet/xac7718\nlink: eth1\n",
-    "a link must be `nic:INTERFACE`, `socket:ADDRESS` or `serial:TTY`"
+    "a link must be `nic:INTERFACE`, `socket:ADDRESS`, `serial:TTY` or `app:COMMAND`"
 )]
 #[case("", "the file is empty")]
 #[case("[]", "a bench file is a mapping `{ ... }`, not a list")]

@@ -23,6 +23,7 @@ const ORDER: &[&str] = &[
     "harness/description",
     "suites",
     "device-under-test/device-stack",
+    "device-under-test/application-protocol",
     "device-under-test/encoder-profile",
     "device-under-test/reference-devices",
     "device-under-test/deviation-hooks",

@@ -38,7 +38,7 @@ impl RunningTrial<'_> {
         let address = self.slave.address;
         self.world.scene.follower.station = Some(Address::Fdl(address));
         // A model was powered long before the trial, so it answers at once or never.
-        let patience = if self.world.segment.is_model() { AT_ONCE } else { self.patience() };
+        let patience = if self.world.segment.is_virtual() { AT_ONCE } else { self.patience() };
         let until = self.world.now() + patience;
         let ident = loop {
             let answer = self.diagnose(false, address)?;

@@ -135,7 +135,7 @@ impl<'a> RunningTrial<'a> {
         let done = self.world.run(until, |world| {
             if world.stations.cycles_done() >= target {
                 // On a real wire sent frames are observed when they leave, on the virtual one when they arrive.
-                if !world.segment.is_model() {
+                if !world.segment.is_virtual() {
                     return true;
                 }
                 let observed = *left.get_or_insert(world.output_frames);

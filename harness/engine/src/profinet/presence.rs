@@ -82,7 +82,7 @@ impl RunningTrial<'_> {
         }
         // On a live bench a correct name is not written again: this would wear out its memory, and some devices accept no name.
         let name = self.environment.name.as_bytes();
-        if !self.world.segment.is_model() && self.identify_device()?.is_some_and(|station| station.name == name) {
+        if !self.world.segment.is_virtual() && self.identify_device()?.is_some_and(|station| station.name == name) {
             return Ok(());
         }
         let name = DcpValue::NameOfStation(self.environment.name.clone().into_bytes());
@@ -107,7 +107,7 @@ impl RunningTrial<'_> {
         let claimed = self.world.manual.device.ids().unwrap_or_default();
         loop {
             // A live device need not support DCP Get; every device has to answer Identify.
-            if !self.world.segment.is_model()
+            if !self.world.segment.is_virtual()
                 && self.identify_device()?.is_some_and(|station| station.id == Some(claimed))
             {
                 return Ok(());

@@ -124,7 +124,7 @@ impl<'a> RunningTrial<'a> {
             AcyclicService::DcpReset { .. } => true,
             AcyclicService::DcpSet { blocks } => !blocks.is_empty(),
             // A device that does not detect the damage accepts the name.
-            AcyclicService::Broken(word) => word.starts_with("dcp") && !self.world.segment.is_model(),
+            AcyclicService::Broken(word) => word.starts_with("dcp") && !self.world.segment.is_virtual(),
             _ => false,
         };
         let before = self.world.trace.len();
@@ -136,7 +136,7 @@ impl<'a> RunningTrial<'a> {
         };
         if let ControllerOutcome::Broken(broken) = &outcome {
             // On a real wire the frame was observed already, on the virtual one it has not arrived yet.
-            if self.world.segment.is_model() {
+            if self.world.segment.is_virtual() {
                 self.world.expect_broken(broken);
             } else {
                 self.world.mark_broken(before, |frame| frame.starts_with(broken) || broken.starts_with(frame));

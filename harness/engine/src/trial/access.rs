@@ -234,7 +234,7 @@ impl RunningTrial<'_> {
         loop {
             let now = self.world.now();
             let count = self.world.segment.stand().counter(now, name);
-            if count.is_some() || self.world.segment.is_model() || now >= latest {
+            if count.is_some() || self.world.segment.is_virtual() || now >= latest {
                 return count;
             }
             self.world.run(now + LOOK_AGAIN, |_| false);

@@ -269,7 +269,7 @@ impl<'a> RunningTrial<'a> {
     /// Why the trial says nothing about the device: the line, the end of the run, or a stall.
     pub fn disturbance(&self) -> Option<Disturbance> {
         let held_back =
-            || self.world.segment.objections().into_iter().next().filter(|_| !self.world.segment.is_model());
+            || self.world.segment.objections().into_iter().next().filter(|_| !self.world.segment.is_virtual());
         self.world.stop().or_else(|| held_back().map(Disturbance::lasting)).or_else(|| self.stall())
     }
 
@@ -383,7 +383,7 @@ impl<'a> RunningTrial<'a> {
             self.paused = false;
         }
         self.driver.undo_settings(self);
-        if !self.world.segment.is_model() {
+        if !self.world.segment.is_virtual() {
             self.outputs_to_zero();
         }
         let is_read_at_power_on = |name: &StandName| matches!(name, StandName::Switch(_) | StandName::Fault(_));
@@ -422,7 +422,7 @@ impl<'a> RunningTrial<'a> {
     /// unexpected alarm is a remark.
     fn unexpected(&mut self) -> Option<(Verdict, CaseFailure)> {
         self.world.act();
-        if !self.world.segment.is_model() {
+        if !self.world.segment.is_virtual() {
             let alarms = self.world.unexpected.iter();
             self.notes.extend(alarms.map(|(what, frame)| format!("no step expects {what} (frame {frame})")));
             // Frames of other stations do not count; on PROFIBUS bytes that are no frame have made the trial inconclusive already.

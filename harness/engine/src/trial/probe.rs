@@ -9,7 +9,7 @@ use description::gsdml::AcceptedSubmodule;
 use results::bench_file::{ANY_SLAVE, BenchFile};
 use results::journal::{self, InitialDevice, InitialImRecord, change};
 use results::outcome::{DeviceFinding, FindingSeverity};
-use suite::device::{Changed, DeviceDescription, DeviceParameter};
+use suite::device::{Changed, DeviceDescription, DeviceModule, DeviceParameter};
 use suite::model::{ConnectionStart, StartParameter};
 use wire::profidrive::{
     ErrorNumber, ParameterAddress, ParameterFormat, ParameterRequest, ParameterResponse, ParameterValue,
@@ -66,6 +66,15 @@ impl RunningTrial<'_> {
             let is_claimed = bench.telegrams.as_ref().is_none_or(|claimed| claimed.contains(&module.name));
             let start = default_start(device, self.variant_number(), index);
             let unknown = description::gsdml::needs_description(device, &start).is_some();
+            // A module that is the same as a claimed one stands for a feature, which no connection shows.
+            let is_same = |other: &DeviceModule| {
+                other.submodules == module.submodules && other.ident() == module.ident() && other.name != module.name
+            };
+            let claimed = bench.telegrams.iter().flatten();
+            let mut claimed = claimed.filter_map(|name| device.modules.iter().find(|other| other.name == *name));
+            if !is_claimed && !module.submodules.is_empty() && claimed.any(is_same) {
+                continue;
+            }
             // Without claims one connection is enough.
             if unknown || (bench.telegrams.is_none() && connected) {
                 continue;

@@ -14,8 +14,8 @@ pub(super) static PARITIES: WordChoices<Parity> =
     WordChoices(&[("even", Parity::Even), ("odd", Parity::Odd), ("none", Parity::None)]);
 /// What switches the driver of an RS-485 adapter.
 pub(super) static DRIVERS: WordChoices<Driver> = WordChoices(&[("adapter", Driver::Adapter), ("port", Driver::Port)]);
-/// Where a device is: a network interface, a socket or a serial line.
-static LINK: Pattern = Pattern { regex: r"^(nic|socket|serial):.+$" };
+/// Where a device is: a network interface, a socket, a serial line or a program.
+static LINK: Pattern = Pattern { regex: r"^(nic|socket|serial|app):.+$" };
 /// Whether the device stores its IP address.
 pub(super) static PERMANENCES: WordChoices<IpPermanence> =
     WordChoices(&[("permanent", IpPermanence::Permanent), ("temporary", IpPermanence::Temporary)]);
@@ -42,7 +42,7 @@ key_set! {
     pub bench "a bench file" {
         device must Text, "The manual and the variant that it claims to be, as `manual/variant`; `none` for a device without a manual.";
         description may Text, "With `device: none`: a file that describes the device with the keys of device.yaml.";
-        link must Pattern(&LINK), "The link to the device: `nic:INTERFACE`, `socket:ADDRESS` for Ethernet frames on a stream like QEMU's, or `serial:TTY` for PROFIBUS.";
+        link must Pattern(&LINK), "The link to the device: `nic:INTERFACE`, `socket:ADDRESS` for Ethernet frames on a stream like QEMU's, `serial:TTY` for PROFIBUS, or `app:COMMAND` for a program that is the application of the device on either bus.";
         line may Keys(&bench_line::KEYS), "Settings of PROFIBUS at a serial line.";
         station_name may Pattern(&STATION_NAME), "Its station name; by default the only station that fits the claimed device.";
         mac may Pattern(&MAC), "Its MAC address, if only this one may be tested.";

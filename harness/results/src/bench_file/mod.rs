@@ -81,11 +81,13 @@ pub enum LinkSpec {
     Socket(String),
     /// The path of a serial line with PROFIBUS.
     Serial(String),
+    /// The command of a program that is the application of a device, on either bus.
+    App(String),
 }
 
 impl LinkSpec {
     /// The kinds of links.
-    pub const KINDS: [&'static str; 3] = ["nic", "socket", "serial"];
+    pub const KINDS: [&'static str; 4] = ["nic", "socket", "serial", "app"];
 
     /// The link of a kind of [`LinkSpec::KINDS`] with an address; `None` for another kind or an empty address.
     pub fn of(kind: &str, address: &str) -> Option<LinkSpec> {
@@ -93,16 +95,18 @@ impl LinkSpec {
             "nic" => LinkSpec::Nic,
             "socket" => LinkSpec::Socket,
             "serial" => LinkSpec::Serial,
+            "app" => LinkSpec::App,
             _ => return None,
         };
         (!address.is_empty()).then(|| make(address.to_owned()))
     }
 
-    /// The bus of the link.
-    pub fn bus(&self) -> Bus {
+    /// The bus of the link; `None` if it carries either.
+    pub fn bus(&self) -> Option<Bus> {
         match self {
-            LinkSpec::Nic(_) | LinkSpec::Socket(_) => Bus::Profinet,
-            LinkSpec::Serial(_) => Bus::Profibus,
+            LinkSpec::Nic(_) | LinkSpec::Socket(_) => Some(Bus::Profinet),
+            LinkSpec::Serial(_) => Some(Bus::Profibus),
+            LinkSpec::App(_) => None,
         }
     }
 
@@ -112,6 +116,7 @@ impl LinkSpec {
             LinkSpec::Nic(_) => "nic",
             LinkSpec::Socket(_) => "socket",
             LinkSpec::Serial(_) => "serial",
+            LinkSpec::App(_) => "app",
         }
     }
 }
@@ -123,6 +128,7 @@ impl fmt::Display for LinkSpec {
             LinkSpec::Nic(name) => write!(f, "nic:{name}"),
             LinkSpec::Socket(address) => write!(f, "socket:{address}"),
             LinkSpec::Serial(path) => write!(f, "serial:{path}"),
+            LinkSpec::App(command) => write!(f, "app:{command}"),
         }
     }
 }

@@ -64,14 +64,16 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     let keyed = mistakes.keep(Keyed::new(node, &bench::KEYS))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let link = mistakes.keep(keyed.must(&bench::link).and_then(link));
-    let on_profibus = link.as_ref().is_some_and(|link| link.bus().is_profibus());
+    // A program is on the bus of its description.
+    let with_gsd = || keyed.key(&bench::gsd).is_some();
+    let on_profibus = link.as_ref().is_some_and(|link| link.bus().map_or_else(with_gsd, |bus| bus.is_profibus()));
     let any = if on_profibus { ANY_SLAVE } else { ANY_DEVICE };
     let claimed = mistakes.keep(keyed.must(&bench::device).and_then(|node| claim(node, manuals, any)));
     let device = claimed.as_ref().and_then(|(_, manual)| manual.map(|manual| &*manual.device));
     let is_any =
         keyed.get(&bench::device).and_then(Node::scalar).is_some_and(|text| text.split('/').next() == Some("none"));
     if let (Some(link), Some(device)) = (&link, device)
-        && link.bus() != device.bus.kind()
+        && link.bus().is_some_and(|bus| bus != device.bus.kind())
     {
         let right = suite_yaml::dialect::links(device.bus.kind());
         let wrong = format!("{} cannot be connected to the link {link}", device.name);
@@ -286,7 +288,7 @@ fn claim<'m>(node: &Node, manuals: Option<&'m [Manual]>, any: &str) -> Read<(Dev
 fn link(node: &Node) -> Read<LinkSpec> {
     let text = node.text("link")?;
     let Some((kind, address)) = text.split_once(':') else {
-        return Err(node.wrong("a link must be `nic:INTERFACE`, `socket:ADDRESS` or `serial:TTY`"));
+        return Err(node.wrong("a link must be `nic:INTERFACE`, `socket:ADDRESS`, `serial:TTY` or `app:COMMAND`"));
     };
     if !LinkSpec::KINDS.contains(&kind) {
         return Err(Mistake::unknown(node.spot, "kind of link", kind, LinkSpec::KINDS));
