@@ -265,7 +265,7 @@ static int write_parameter(uint32_t number, uint32_t value) {
 /* One parameter of a request: returns an error number, or -1 after its part of the response was written. `value` is null if the
    request has none; it begins with format and number of values. */
 static int access_parameter(const unsigned char *request, const unsigned char *address, const unsigned char *value, int size,
-                            unsigned char **out, int *where) {
+                            unsigned char **out, const unsigned char *end, int *where) {
     struct parameter known;
     int kind = request[1], elements = address[1], index, count, width;
     int subindex = (int)number_at(address + 4, 2);
@@ -287,6 +287,7 @@ static int access_parameter(const unsigned char *request, const unsigned char *a
         if (value[1] != 1) return 0x18;
         return size != width ? 0x05 : write_parameter(number, number_at(value + 2, width));
     }
+    if (*out + 3 + count * width > end) return 0x15; /* the response would be too long */
     *(*out)++ = (unsigned char)known.format;
     *(*out)++ = (unsigned char)count;
     for (index = 0; index < count; index++) *out = put(*out, known.values[subindex + index], width);
@@ -301,15 +302,16 @@ static int value_size(int format) {
 static int respond(const unsigned char *data, int length, unsigned char *response) {
     unsigned char *out = response + 4;
     int count = data[3], at = 4 + 6 * count, index, has_error = 0;
-    for (index = 0; index < count && out - response < LONGEST_RESPONSE - 130; index++) {
+    for (index = 0; index < count; index++) {
         const unsigned char *value = NULL;
+        const unsigned char *end = response + LONGEST_RESPONSE - 6 * (count - index - 1);
         int size = 0, where = -1, error;
         if (data[1] == 2 && at + 2 <= length) {
             size = data[at] ? value_size(data[at]) : 0;
             value = at + 2 + data[at + 1] * size <= length ? data + at : NULL;
             at += (2 + data[at + 1] * size + 1) / 2 * 2;
         }
-        error = access_parameter(data, data + 4 + 6 * index, value, size, &out, &where);
+        error = access_parameter(data, data + 4 + 6 * index, value, size, &out, end, &where);
         if (error >= 0) {
             has_error = 1;
             *out++ = 0x44;
@@ -370,7 +372,9 @@ static const char *write_record(int subslot, int record, uint32_t connection, co
     int index;
     if (subslot == MAP && record == START_RECORD) {
         if (length != START_LENGTH) return "write_length_error";
-        if (number_at(data + 1, 4) || number_at(data + 9, 4) || data[17] < 1 || data[18] > 3) return "invalid_parameter";
+        if ((data[0] & CLASS_4) && (data[0] & SCALING) && (number_at(data + 1, 4) || number_at(data + 9, 4)))
+            return "invalid_parameter";
+        if (data[17] < 1 || data[18] > 3) return "invalid_parameter";
         if (!apply(data[0], number_at(data + 5, 4), number_at(data + 13, 4))) return "invalid_parameter";
         tolerated = data[17];
         speed_unit = data[18];

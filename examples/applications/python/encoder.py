@@ -279,6 +279,8 @@ class Encoder:
                 value = (data[at], size, data[at + 1], data[at + 2:end])
                 at = end + (end - at) % 2
             error, where, part = self.access(now, kind, axis, attribute, elements, number, subindex, value)
+            if error is None and len(body) + len(part) > 236 - 6 * (count - index - 1):
+                error = 0x15  # the response would be too long
             if error is None:
                 body += part
             else:

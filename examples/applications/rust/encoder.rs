@@ -310,7 +310,8 @@ impl Encoder {
         if data.len() != START_LENGTH {
             return Err("write_length_error");
         }
-        let is_small = number(&data[1..5]) == 0 && number(&data[9..13]) == 0;
+        let is_used = data[0] & (CLASS_4 | SCALING) == CLASS_4 | SCALING;
+        let is_small = !is_used || number(&data[1..5]) == 0 && number(&data[9..13]) == 0;
         let is_valid = is_small && data[17] >= 1 && data[18] <= 3;
         if !is_valid || !self.apply(data[0], number(&data[5..9]), number(&data[13..17])) {
             return Err("invalid_parameter");
@@ -371,7 +372,8 @@ impl Encoder {
     fn respond(&mut self, data: &[u8]) -> Vec<u8> {
         let (addresses, mut rest) = data[4..].split_at(6 * usize::from(data[3]));
         let (mut body, mut has_error) = (Vec::new(), false);
-        for address in addresses.chunks(6) {
+        for (index, address) in addresses.chunks(6).enumerate() {
+            let left = usize::from(data[3]) - index - 1;
             let mut value = None;
             if let (2, [format, count, values @ ..]) = (data[1], rest) {
                 let octets = usize::from(*count) * size(*format);
@@ -379,8 +381,10 @@ impl Encoder {
                 rest = values.get(octets + octets % 2..).unwrap_or_default();
             }
             match self.access(data, address, value) {
-                Ok(part) => body.extend(part),
-                Err((error, place)) => {
+                Ok(part) if body.len() + part.len() + 6 * left <= 236 => body.extend(part),
+                // The response would be too long.
+                other => {
+                    let (error, place) = other.err().unwrap_or((0x15, None));
                     has_error = true;
                     body.extend([0x44, 1 + u8::from(place.is_some())]);
                     body.extend([Some(error), place].into_iter().flatten().flat_map(u16::to_be_bytes));
@@ -561,8 +565,7 @@ fn hex(octets: &[u8]) -> String {
 fn main() -> io::Result<()> {
     let mistake = std::env::args().skip_while(|word| word != "--mistake").nth(1).unwrap_or_default();
     let mut encoder = Encoder { mistake, ..Encoder::default() };
-    let mut is_profinet = true;
-    let mut out = io::stdout().lock();
+    let (mut is_profinet, mut out) = (true, io::stdout().lock());
     for line in io::stdin().lock().lines() {
         let message: Value = serde_json::from_str(&line?)?;
         let word = message["message"].as_str().unwrap_or_default();
