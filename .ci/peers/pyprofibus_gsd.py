@@ -20,16 +20,23 @@ FILES = {
     "sick-a3m60-profibus": {"encspec-a3m60.gsd": "a3m60"},
     "datalogic-amt58-profibus": {"encspec-amt58-hs5818.gsd": "hs5818", "encspec-amt58-hm5816-16384.gsd": "hm5816-16384"},
     "dp-slave": {"encspec-plain.gsd": "plain"},
+    "dp-encoder": {"encspec-plain-encoder.gsd": "plain"},
 }
 # The features of the plain slave, all with one module of its GSD.
 FEATURES = ["freeze_mode", "sync_mode", "fail_safe", "plain_diagnosis", "address_service", "watchdog_1ms", "ms1", "ms2",
             "identification", "im_class_2"]
+# The features of the plain encoder, by the module that has them.
+CLASS_2 = ["class_2", "multiturn", "unscaled", "extended_diagnosis", "encoder_freeze", "encoder_sync"]
+# Parameters that such a feature sets, and a module of the GSD does not.
+CHOSEN = ["diagnosis_type", "speed_unit"]
 # How the modules are called in a GSD.
 MODULES = {
     "sick-a3m60-profibus": {"IO_04": "Tel.IO 04", "IO_08": "Tel.IO 08", "telegram_81": "Tel.81", "telegram_83": "Tel.83"},
     "datalogic-amt58-profibus": {"class_1": "Class 1", "class_2": "Class 2", "class_2_vel": "Class 2(+VEL)"},
     "dp-slave": {"data": "Mirror and counter", "mirror": "Mirror and counter", "short": "Mirror",
                  **dict.fromkeys(FEATURES, "Mirror and counter")},
+    "dp-encoder": {**dict.fromkeys(["class_1", "class_1_unscaled"], "Class 1"), **dict.fromkeys(CLASS_2, "Class 2"),
+                   **dict.fromkeys(["velocity", "velocity_rpm", "velocity_steps"], "Class 2(+VEL)")},
 }
 
 
@@ -97,7 +104,8 @@ def judge(suites, manual, file, variant):
         common.check(f"{file}: configuration of {name}", configuration.hex(" "), bytes.fromhex(module["cfg"]).hex(" "))
         common.check(f"{file}: lengths of {name}", lengths(configuration), module["octets"])
         common.check(f"{file}: user bytes with {name}", bytes(gsd.getUserPrmData()).hex(" "),
-                     user_octets(device, variant, module.get("fixes", {})).hex(" "))
+                     user_octets(device, variant, {key: value for key, value in module.get("fixes", {}).items()
+                                                   if key not in CHOSEN}).hex(" "))
 
 
 def main():

@@ -62,7 +62,10 @@ impl Need {
             Need::SecondPort => {
                 Need::Profinet.is_met_by(manual) && manual.facts.is_some_and(|facts| facts.identity.ports > 1)
             }
-            Need::Encoder => manual.facts.is_some() || Need::Of(&manuals::DATALOGIC_AMT58).is_met_by(manual),
+            Need::Encoder => {
+                manual.facts.is_some()
+                    || Need::OfEither(&manuals::DATALOGIC_AMT58, &manuals::DP_ENCODER).is_met_by(manual)
+            }
             Need::EncoderProfile => manual.facts.is_some(),
             Need::OnlyIm0 => manual.facts.is_some_and(|facts| facts.identity.im_supported == 0),
             Need::Parameter(number) => manual.facts.is_some_and(|facts| facts.parameters.contains(&number)),

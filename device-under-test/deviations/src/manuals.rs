@@ -13,6 +13,7 @@ static SUBJECTS: &[Subject] = &[
     Subject { manual: &manuals::DATALOGIC_AMT58 },
     Subject { manual: &manuals::PROFINET_IO },
     Subject { manual: &manuals::DP_SLAVE },
+    Subject { manual: &manuals::DP_ENCODER },
 ];
 
 /// Returns every manual that has a reference device.

@@ -4,7 +4,7 @@
 
 use crate::manual::{DeviceManual, ManualBus, Profibus, Profinet, encoder};
 use crate::models::{
-    datalogic_amt58, generic_io, generic_slave, kuebler_sendix58xx, lika_xac77, sick_a3m60, sick_afx60,
+    datalogic_amt58, generic_encoder, generic_io, generic_slave, kuebler_sendix58xx, lika_xac77, sick_a3m60, sick_afx60,
 };
 use alloc::boxed::Box;
 use device_stack::profinet::StationData;
@@ -12,8 +12,16 @@ use device_stack::{profibus, profinet};
 use wire::ethernet::Mac;
 
 /// Every manual that has a reference device.
-pub static MANUALS: &[&DeviceManual] =
-    &[&LIKA_XAC77, &KUEBLER_SENDIX58XX, &SICK_AFX60, &SICK_A3M60, &DATALOGIC_AMT58, &PROFINET_IO, &DP_SLAVE];
+pub static MANUALS: &[&DeviceManual] = &[
+    &LIKA_XAC77,
+    &KUEBLER_SENDIX58XX,
+    &SICK_AFX60,
+    &SICK_A3M60,
+    &DATALOGIC_AMT58,
+    &PROFINET_IO,
+    &DP_SLAVE,
+    &DP_ENCODER,
+];
 
 /// Lika XAC77.
 pub static LIKA_XAC77: DeviceManual = DeviceManual {
@@ -92,7 +100,8 @@ pub static DATALOGIC_AMT58: DeviceManual = DeviceManual {
         build: |variant, deviations, shaft, line| {
             let (_, hardware) = datalogic_amt58::VARIANTS.iter().find(|(name, _)| *name == variant)?;
             let (shared, hooks) = (deviations.encoder.clone(), deviations.amt58.clone());
-            let encoder = datalogic_amt58::Amt58::new(*hardware, shared, hooks, shaft, line.address);
+            let encoder =
+                datalogic_amt58::Amt58::new(datalogic_amt58::IDENT, *hardware, shared, hooks, shaft, line.address);
             Some(Box::new(profibus::DpDevice::new(encoder, line.baud, deviations.slave.clone())))
         },
     }),
@@ -132,6 +141,25 @@ pub static DP_SLAVE: DeviceManual = DeviceManual {
                 .variants
                 .contains(&variant)
                 .then(|| Box::new(profibus::DpDevice::new(slave, line.baud, deviations.slave.clone())) as _)
+        },
+    }),
+};
+
+/// A generic DP encoder of the encoder profile 3.062, which follows no manual.
+pub static DP_ENCODER: DeviceManual = DeviceManual {
+    name: "dp-encoder",
+    title: "Any DP encoder",
+    variants: &["plain"],
+    facts: None,
+    bus: ManualBus::Profibus(Profibus {
+        factory_address: generic_slave::ADDRESS,
+        build: |variant, deviations, shaft, line| {
+            let encoder =
+                generic_encoder::new(deviations.encoder.clone(), deviations.amt58.clone(), shaft, line.address);
+            DP_ENCODER
+                .variants
+                .contains(&variant)
+                .then(|| Box::new(profibus::DpDevice::new(encoder, line.baud, deviations.slave.clone())) as _)
         },
     }),
 };

@@ -29,6 +29,7 @@ mod dcp_options_state;
 pub mod diagnosis;
 mod diagnosis_state;
 pub mod dp_diagnosis;
+pub mod dp_encoder;
 pub mod dp_presets;
 pub mod dp_slave;
 pub mod dp_slave_state;
@@ -81,6 +82,7 @@ pub static GROUPS: &[&[Group]] = &[
     dcp_options::GROUPS,
     diagnosis::GROUPS,
     dp_diagnosis::GROUPS,
+    dp_encoder::GROUPS,
     dp_presets::GROUPS,
     dp_slave::GROUPS,
     dp_station::GROUPS,

@@ -207,7 +207,7 @@ pub static GROUPS: &[Group] = &[
     },
     // User bytes with the layout of the AMT58
     Group {
-        needs: &[Need::Of(&manuals::DATALOGIC_AMT58)],
+        needs: &[Need::OfEither(&manuals::DATALOGIC_AMT58, &manuals::DP_ENCODER)],
         deviations: bugs! {
             "user-bytes-shifted" "The parameters are read one byte too early."
                 => |d| d.slave.parameters(|parameters| {

@@ -10,7 +10,7 @@ use core::time::Duration;
 use device_stack::profibus::DiagnosisBits;
 use encoder_profile::encoder::velocity::MeasuredWay;
 use encoder_profile::encoder::{CountingDirection, Hardware, Sampling, Scaling};
-use reference_devices::manuals::DATALOGIC_AMT58;
+use reference_devices::manuals::{DATALOGIC_AMT58, DP_ENCODER};
 use reference_devices::models::datalogic_amt58::hooks::Amt58Check;
 use reference_devices::models::datalogic_amt58::preset::{CYCLES, TRIGGER, VALUE};
 use reference_devices::models::datalogic_amt58::scaling::SentScaling;
@@ -20,7 +20,7 @@ use reference_devices::models::datalogic_amt58::set_prm::{
 
 /// The variations, by what they need.
 pub static GROUPS: &[Group] = &[Group {
-    needs: &[Need::Of(&DATALOGIC_AMT58)],
+    needs: &[Need::OfEither(&DATALOGIC_AMT58, &DP_ENCODER)],
     deviations: permitted! {
         // Presets
         "preset-in-the-first-cycle-shown-in-the-third" "A preset is made in the first cycle with bit 31; answers have the inputs of two cycles before."

@@ -1,4 +1,4 @@
-//! The bugs that only a reference AMT58 can have, by topic.
+//! The bugs of a reference AMT58, and of the DP encoder without a manual that is built like it, by topic.
 
 mod addresses;
 mod configuration;
@@ -14,9 +14,9 @@ pub mod values;
 
 use super::{Group, presets as shared_presets};
 use crate::needs::Need;
-use reference_devices::manuals::DATALOGIC_AMT58;
+use reference_devices::manuals::{DATALOGIC_AMT58, DP_ENCODER};
 
-const AMT58: &[Need] = &[Need::Of(&DATALOGIC_AMT58)];
+const AMT58: &[Need] = &[Need::OfEither(&DATALOGIC_AMT58, &DP_ENCODER)];
 
 /// The groups, by topic.
 pub static GROUPS: &[Group] = &[

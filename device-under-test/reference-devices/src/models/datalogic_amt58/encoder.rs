@@ -58,8 +58,9 @@ pub(super) struct Amt58VolatileData {
 }
 
 impl Amt58 {
-    /// Creates an encoder with this sensor, its shaft at `shaft` and its switches at `address`.
+    /// Creates an encoder with this ident number and sensor, its shaft at `shaft` and its switches at `address`.
     pub fn new(
+        ident: u16,
         sensor: Hardware,
         deviations: EncoderDeviations,
         hooks: Attached<dyn Amt58Hooks>,
@@ -70,7 +71,7 @@ impl Amt58 {
         let shaft = Shaft::new(sensor.steps_per_revolution, shaft as i64);
         let ram = Amt58VolatileData::new(Time::ZERO, hardware, &shaft, &deviations, address);
         Amt58 {
-            identity: super::identity(),
+            identity: super::identity(ident),
             deviations,
             hooks,
             sensor,

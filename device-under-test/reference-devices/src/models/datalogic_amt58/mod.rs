@@ -37,10 +37,13 @@ pub const VARIANTS: [(&str, Hardware); 2] = [
     ("hm5816-16384", Hardware { steps_per_revolution: 65_536, revolutions: 16_384 }),
 ];
 
-/// The ident number (manual, 5.2); the rest is invented.
-fn identity() -> SlaveIdentity {
+/// The ident number (manual, 5.2).
+pub const IDENT: u16 = 0x1655;
+
+/// What the slave can do; invented.
+fn identity(ident: u16) -> SlaveIdentity {
     SlaveIdentity {
-        ident: 0x1655,
+        ident,
         boot_time: Duration::from_millis(500),
         freeze: true,
         sync: true,
