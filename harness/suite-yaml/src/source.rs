@@ -20,6 +20,9 @@ pub const ANY_DEVICE: &str = "profinet-io";
 /// The folder of the suite for any DP slave, whose `device.yaml` a description of a live slave replaces.
 pub const ANY_SLAVE: &str = "dp-slave";
 
+/// The folder of the suite for any DP encoder, which joins that for any slave where a GSD describes an encoder.
+pub const ANY_DP_ENCODER: &str = "dp-encoder";
+
 /// The list of a manual's requirements: this file, or several whose names begin so.
 pub(super) const REQUIREMENTS: &str = "requirements";
 /// The list of the deliberate bugs: this file, or several whose names begin so.
@@ -242,6 +245,33 @@ impl Sources {
         self.elsewhere.insert(path.clone(), file.to_owned());
         self.is_described = true;
         self.with(&path, text)
+    }
+
+    /// The same suites, in which the manual `into` also has the requirements, bugs, cases, rules and procedures of the manual `from`; its
+    /// `device.yaml` has to have the names of both. A bug that both list keeps the requirements of `into`.
+    #[must_use]
+    pub fn joined(mut self, into: &str, from: &str) -> Sources {
+        let listed = |line: &str| Some(line.strip_prefix("  ")?.split_once(':')?.0.to_owned());
+        let of_folder = |folder: &str| {
+            let files =
+                self.files.iter().filter(move |(path, _)| path.split_once('/').is_some_and(|of| of.0 == folder));
+            files.map(|(path, text)| (path.clone(), text.to_string())).collect::<Vec<_>>()
+        };
+        let lists = of_folder(into).into_iter().filter(|(path, _)| is_list_of_bugs(path));
+        let known: Vec<String> =
+            lists.flat_map(|(_, text)| text.lines().filter_map(listed).collect::<Vec<_>>()).collect();
+        for (path, text) in of_folder(from) {
+            let Some((_, file)) = path.split_once('/').filter(|(_, file)| *file != "device.yaml") else { continue };
+            let is_new = |line: &&str| listed(line).is_none_or(|name| !known.contains(&name));
+            let text = match is_list_of_bugs(&path) {
+                true => text.lines().filter(is_new).fold(String::new(), |text, line| text + line + "\n"),
+                false => text,
+            };
+            let joined = format!("{into}/{file}");
+            self.elsewhere.insert(joined.clone(), self.shown.join(&path));
+            self = self.with(&joined, text);
+        }
+        self
     }
 
     /// The same suites with the times of a bench.

@@ -1,7 +1,10 @@
-//! The description of a slave without a manual, made of its GSD: the `device.yaml` with which the suite for any DP slave runs on it.
+//! The description of a slave without a manual, made of its GSD: the `device.yaml` with which the suite for any DP slave runs on it, and
+//! that for any DP encoder if it is one.
 //!
 //! Source: PROFIBUS Guideline 2.122, "Specification for PROFIBUS Device Description and Device Integration, Volume 1: GSD".
 
+use super::encoder::GsdEncoder;
+use super::encoder_text::EncoderText;
 use super::model::{Gsd, GsdModule};
 use plain_text::hex;
 use std::fmt::Write;
@@ -15,6 +18,8 @@ pub struct DescribedSlave {
     pub text: String,
     /// The modules of the description that the slave has; the others stand for features that no GSD shows.
     pub claimed: Vec<&'static str>,
+    /// Whether it is an encoder with the encoder profile 3.062, for which the suite for any DP encoder is, too.
+    pub is_encoder: bool,
 }
 
 /// Why a GSD describes no slave that can be tested.
@@ -52,6 +57,11 @@ pub fn describe(gsd: &Gsd, wanted: Option<&str>) -> Result<DescribedSlave, Descr
         [] => return Err(DescribeError::NoModule),
         _ => return Err(DescribeError::SeveralModules(names())),
     };
+    let octets = gsd.default_octets(module);
+    let encoder = GsdEncoder::of(gsd, module);
+    let dpv1 = encoder.as_ref().map_or(DPV1, |of| of.places.operating.min(DPV1));
+    let dpv1 = if octets.len() < DPV1 || dpv1 < DPV1 { 0 } else { DPV1 };
+    let parts = encoder.as_ref().map(|of| EncoderText::of(of, gsd, dpv1));
     let mut text = String::new();
     let longest = gsd.max_diagnosis.unwrap_or(SlaveDiag::LONGEST).max(SlaveDiag::HEAD);
     // Writing into a String cannot fail.
@@ -59,24 +69,35 @@ pub fn describe(gsd: &Gsd, wanted: Option<&str>) -> Result<DescribedSlave, Descr
         text,
         "device: dp-slave\nbus: profibus\ntitle: \"{}\"\nidentity: {{ ident: 0x{:04X} }}\naddress: 5\nvariants: [plain]\n\
          timing: {{ reaction: 100ms, start: 5s, power_up: 5s, save: 2s }}\nconstants: {{ ident: 0x{:04X}, freeze: {}, sync: {}, \
-         input_octets: {}, output_octets: {}, longest_diagnosis: {longest} }}",
+         input_octets: {}, output_octets: {}, longest_diagnosis: {longest}{} }}",
         plain(&gsd.model),
         gsd.ident,
         gsd.ident,
         u8::from(gsd.freeze),
         u8::from(gsd.sync),
         sums.inputs,
-        sums.outputs
+        sums.outputs,
+        parts.as_ref().map(|of| format!(", {}", of.constants)).unwrap_or_default()
     );
     text.push_str(
         "signals:\n  given: { from: controller, width: 32 }\n  mirrored: { from: device, width: 32 }\n\
          \x20 count: { from: device, width: 16 }\n",
     );
-    let outputs = signals(&mut text, "controller", "output", sums.outputs);
-    let inputs = signals(&mut text, "device", "input", sums.inputs);
+    let of_encoder = encoder.as_ref().and_then(|of| EncoderText::signals_of(of, module));
+    let (outputs, inputs) = match of_encoder {
+        Some((outputs, inputs)) => (outputs.to_owned(), inputs.to_owned()),
+        None => (
+            signals(&mut text, "controller", "output", sums.outputs),
+            signals(&mut text, "device", "input", sums.inputs),
+        ),
+    };
+    if let Some(parts) = &parts {
+        text.push_str(&parts.signals);
+    }
     text.push_str("modules:\n");
+    let fixes = parts.as_ref().map(|of| format!(", fixes: {{ {} }}", of.fixes(gsd, module))).unwrap_or_default();
     let own = format!(
-        "cfg: \"{}\", octets: {{ out: {}, in: {} }}, outputs: [{outputs}], inputs: [{inputs}]",
+        "cfg: \"{}\", octets: {{ out: {}, in: {} }}, outputs: [{outputs}], inputs: [{inputs}]{fixes}",
         hex(&module.cfg),
         sums.outputs,
         sums.inputs
@@ -100,14 +121,25 @@ pub fn describe(gsd: &Gsd, wanted: Option<&str>) -> Result<DescribedSlave, Descr
     text.push_str(
         "  short: { cfg: \"B3\", octets: { out: 4, in: 4 }, outputs: [given], inputs: [mirrored], from_source: invented }\n",
     );
-    user_octets(&mut text, &gsd.default_octets(module));
+    match &parts {
+        Some(parts) => text.push_str(&(parts.modules.clone() + &parts.set_prm)),
+        None => user_octets(&mut text, &octets, dpv1),
+    }
     let lengths: Vec<String> = (SlaveDiag::HEAD..=longest).map(|length| length.to_string()).collect();
-    let _ = writeln!(text, "diagnosis: {{ octets: [{}] }}", lengths.join(", "));
-    text.push_str(
-        "stand: { faults: { passing: a fault that comes and goes, standing: a fault before data exchange, unusable: no valid data } }\n",
+    let _ = writeln!(text, "diagnosis:\n  octets: [{}]", lengths.join(", "));
+    let flash = parts.as_ref().map_or("", |_| ", flash: the checksum of the stored data is wrong");
+    let stand = format!(
+        "stand: {{ faults: {{ passing: a fault that comes and goes, standing: a fault before data exchange, \
+         unusable: no valid data{flash} }} }}\n"
     );
-    let claimed = features.into_iter().filter(|(_, has)| *has).map(|(name, _)| name).collect();
-    Ok(DescribedSlave { text, claimed })
+    if let Some(parts) = &parts {
+        text.push_str(parts.diagnosis);
+        text.push_str(parts.keys);
+    }
+    text.push_str(&stand);
+    let of_slave = features.into_iter().filter(|(_, has)| *has).map(|(name, _)| name);
+    let more = encoder.iter().flat_map(|of| of.claimed(gsd));
+    Ok(DescribedSlave { text, claimed: of_slave.chain(more).collect(), is_encoder: parts.is_some() })
 }
 
 /// Declares a signal for each byte, and lists them.
@@ -120,8 +152,8 @@ fn signals(text: &mut String, from: &str, name: &str, octets: usize) -> String {
 }
 
 /// The user bytes of Set_Prm, each with its default.
-fn user_octets(text: &mut String, octets: &[u8]) {
-    let (dpv1, user) = octets.split_at(if octets.len() < DPV1 { 0 } else { DPV1 });
+fn user_octets(text: &mut String, octets: &[u8], dpv1: usize) {
+    let (dpv1, user) = octets.split_at(dpv1);
     let _ = write!(text, "set_prm: {{ octets: {}, ", user.len());
     if !dpv1.is_empty() {
         let _ = write!(text, "dpv1: \"{}\", ", hex(dpv1));
@@ -162,7 +194,7 @@ mod tests {
             "freeze: 1, sync: 0, input_octets: 0, output_octets: 2, longest_diagnosis: 8",
             "  data: { cfg: \"21\", octets: { out: 2, in: 0 }, outputs: [output_0, output_1], inputs: [] }\n",
             "set_prm: { octets: 2, dpv1: \"80 00 00\", fields: { byte_0: { octet: 0, default: 7 }, byte_1: { octet: 1, default: 9 } } }",
-            "diagnosis: { octets: [6, 7, 8] }",
+            "diagnosis:\n  octets: [6, 7, 8]\n",
         ] {
             assert!(slave.text.contains(part), "{part}\n{}", slave.text);
         }

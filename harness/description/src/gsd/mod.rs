@@ -7,6 +7,8 @@
 
 mod compare;
 mod describe;
+mod encoder;
+mod encoder_text;
 mod model;
 mod overlay;
 mod read;

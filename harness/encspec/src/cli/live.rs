@@ -23,7 +23,7 @@ use std::time::Duration;
 use suite::device::Origin;
 use suite::model::Manual;
 use suite::persona::Persona;
-use suite_yaml::{BenchTimes, load};
+use suite_yaml::{ANY_DP_ENCODER, BenchTimes, load};
 
 /// A live device as named on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -283,6 +283,9 @@ pub(super) fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, Comma
         sources = sources.described(&bench.claim.manual, path, text);
     } else if let Some((path, slave)) = described_by_gsd(bench)? {
         sources = sources.described(ANY_SLAVE, path, slave.text);
+        if slave.is_encoder {
+            sources = sources.joined(ANY_SLAVE, ANY_DP_ENCODER);
+        }
     }
     let mut manuals = load(&sources, Some(&bench.claim.manual))?;
     manuals.pop().ok_or_else(|| CommandError::usage(format!("there is no suite for {}", bench.claim.manual)))

@@ -21,6 +21,7 @@ mod damaged_captures;
 mod device_description;
 mod device_yaml_keys;
 mod dissect_profibus;
+mod dp_encoder;
 mod filters;
 mod gsd;
 mod gsdml;
