@@ -28,6 +28,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
             "OBSERVED",
             "EXCHANGED",
             "TURN",
+            "RECORD_WRITE",
         ],
     ),
     ("Keys of requirements, bugs and masks", &["REQUIREMENTS", "REQUIREMENT", "BUGS", "MASKS"]),
