@@ -41,7 +41,7 @@ const BUGS: &[Deviation] = bugs! {
         => |d| d.stack.call(|_, header, body| {
             let order = header.order();
             if let Ok((ndr, blocks)) = NdrRequest::parse(order, body) {
-                *body = NdrRequest::body(order, ndr.args_maximum, &blocks.to_vec());
+                *body = NdrRequest::body(order, ndr.args_maximum, blocks);
             }
         });
     "record-header-not-checked" "Type, length and version of the block of a read are not checked."

@@ -160,48 +160,47 @@ struct UserField {
     default: u64,
 }
 
+impl UserField {
+    /// Whether a bit of the user bytes belongs to it.
+    fn covers(&self, octet: usize, bit: u8) -> bool {
+        (self.octet..self.octet + self.octets).contains(&octet)
+            && self.bits.is_none_or(|(low, high)| (low..=high).contains(&bit))
+    }
+}
+
 impl EncoderUserBytes {
     fn of(encoder: &GsdEncoder<'_>, default: &[u8], dpv1: usize) -> EncoderUserBytes {
         let places = &encoder.places;
         let operating = places.operating;
-        let bit = |name: &str, bit: u8, words| (name.to_owned(), operating, 1, Some((bit, bit)), words);
+        let field = |name: &str, octet, octets, bits, words| {
+            let default = number(default, octet, octets, bits);
+            UserField { name: name.to_owned(), octet, octets, bits, words, default }
+        };
+        let bit = |name, bit: u8, words| field(name, operating, 1, Some((bit, bit)), words);
         let mut fields = vec![
             bit("code_sequence", 0, "direction"),
             bit("class_2", 1, "switch"),
             bit("commissioning_diagnostics", 2, "switch"),
             bit("scaling", 3, "switch"),
-            ("units_per_revolution".to_owned(), operating + 1, 4, None, ""),
-            ("total_range".to_owned(), operating + 5, 4, None, ""),
+            field("units_per_revolution", operating + 1, 4, None, ""),
+            field("total_range", operating + 5, 4, None, ""),
         ];
-        if let Some(of) = places.diagnosis_type {
-            fields.push(("diagnosis_type".to_owned(), of.octet, 1, of.bits, ""));
-        }
-        if let Some((octet, _)) = places.speed_unit {
-            fields.push(("speed_unit".to_owned(), octet, 1, None, ""));
-        }
-        let covers = |fields: &[(String, usize, usize, Option<(u8, u8)>, &'static str)], octet: usize, bit: u8| {
-            fields.iter().any(|(_, at, octets, bits, _)| {
-                (*at..at + octets).contains(&octet) && bits.is_none_or(|(low, high)| (low..=high).contains(&bit))
-            })
-        };
+        fields.extend(places.diagnosis_type.map(|of| field("diagnosis_type", of.octet, 1, of.bits, "")));
+        fields.extend(places.speed_unit.map(|(octet, _)| field("speed_unit", octet, 1, None, "")));
         for octet in dpv1..default.len() {
-            let free: Vec<u8> = (0..8).filter(|bit| !covers(&fields, octet, *bit)).collect();
+            let free: Vec<u8> = (0..8).filter(|bit| !fields.iter().any(|of| of.covers(octet, *bit))).collect();
             if free.len() == 8 {
-                fields.push((format!("byte_{}", octet - dpv1), octet, 1, None, ""));
+                fields.push(field(&format!("byte_{}", octet - dpv1), octet, 1, None, ""));
                 continue;
             }
-            let named = |bit: &u8| (format!("byte_{}_bit_{bit}", octet - dpv1), octet, 1, Some((*bit, *bit)), "");
-            fields.extend(free.iter().map(named));
+            let named = |bit: u8| field(&format!("byte_{}_bit_{bit}", octet - dpv1), octet, 1, Some((bit, bit)), "");
+            fields.extend(free.into_iter().map(named));
         }
-        let fields = fields.into_iter().map(|(name, octet, octets, bits, words)| {
-            let default = number(default, octet, octets, bits);
-            UserField { name, octet, octets, bits, words, default }
-        });
         EncoderUserBytes {
             dpv1: default.get(..dpv1).unwrap_or_default().to_vec(),
             octets: default.len() - dpv1,
             is_reversed: places.is_reversed,
-            fields: fields.collect(),
+            fields,
         }
     }
 

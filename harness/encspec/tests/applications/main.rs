@@ -61,7 +61,7 @@ fn run(folder: &Folder, bus: &str, command: &str) -> ProgramOutput {
         _ => format!("{}\n", line.replace("../", &format!("{descriptions}/"))),
     });
     let name = format!("{bus}.yaml");
-    folder.write(&name, &lines.collect::<String>());
+    folder.write(&name, lines.collect::<String>());
     encspec(folder.path(), &["run", "--dut", &name, "--no-evidence", "-v"])
 }
 

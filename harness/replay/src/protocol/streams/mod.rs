@@ -195,7 +195,8 @@ impl StrayStream {
         };
         let samples = std::mem::take(samples);
         self.reading = Reading::Located(found);
-        samples.iter().fold(false, |any, sample| self.judge(found, sample.at, &sample.octets, at) || any)
+        let noted = samples.iter().filter(|sample| self.judge(found, sample.at, &sample.octets, at)).count();
+        noted > 0
     }
 
     /// A stream of few frames is judged by those there are.
