@@ -12,6 +12,7 @@ mod control;
 mod coverage;
 mod discover;
 pub mod dut;
+pub mod encoder;
 mod errata;
 mod explain;
 pub mod filter;
