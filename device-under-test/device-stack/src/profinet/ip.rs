@@ -81,7 +81,10 @@ impl IpStack {
 
     /// Sets the addresses of `station`. Without an address the stack answers no request.
     pub(super) fn configure(&mut self, station: &StationData) {
-        let address = Ipv4Addr::from(station.ip);
+        // smoltcp panics at the address of a group.
+        let is_group = |address: &Ipv4Addr| address.is_multicast() || address.is_broadcast();
+        let address = Some(Ipv4Addr::from(station.ip)).filter(|address| !is_group(address));
+        let address = address.unwrap_or(Ipv4Addr::UNSPECIFIED);
         let prefix = u32::from_be_bytes(station.mask).leading_ones() as u8;
         if !self.interface.has_ip_addr(address) {
             self.web.forget(&mut self.sockets);
