@@ -499,7 +499,7 @@ int main(int count, char **arguments) {
             printf(",\"diagnosis\":[");
             for (index = 0; index < change_count; index++)
                 printf("%s{\"appears\":%s,\"slot\":1,\"subslot\":%d,\"error_type\":%d}", index ? "," : "",
-                       changes[index].appears ? "true" : "false", TELEGRAM, FAULTS[changes[index].fault].error_type);
+                       changes[index].appears ? "true" : "false", MAP, FAULTS[changes[index].fault].error_type);
             printf("]");
         } else if (!on_profinet && diagnosis_changed) {
             printf(",\"diagnosis_changed\":true");

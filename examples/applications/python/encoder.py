@@ -148,7 +148,7 @@ class Encoder:
             self.report(name, present)
 
     def report(self, name, present):
-        self.diagnosis.append({"appears": present, "slot": 1, "subslot": TELEGRAM, "error_type": FAULTS[name]})
+        self.diagnosis.append({"appears": present, "slot": 1, "subslot": MAP, "error_type": FAULTS[name]})
         self.diagnosis_changed = True
 
     # Signals of telegram 81.

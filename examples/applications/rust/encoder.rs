@@ -224,7 +224,7 @@ impl Encoder {
 
     fn report(&mut self, fault: usize, appears: bool) {
         let error_type = FAULTS[fault].1;
-        self.changes.push(json!({ "appears": appears, "slot": 1, "subslot": TELEGRAM, "error_type": error_type }));
+        self.changes.push(json!({ "appears": appears, "slot": 1, "subslot": MAP, "error_type": error_type }));
     }
 
     // Signals of telegram 81.
