@@ -5,7 +5,7 @@ use crate::on_two_threads::every;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
 use encspec::gsd;
 use encspec::suite::model::{Manual, SuiteVariant, Trial};
-use encspec::suite::needs::{BenchNeed, needs};
+use encspec::suite::needs::{BenchNeed, ClaimedFeature, needs};
 use encspec::suite_yaml::{ANY_DP_ENCODER, ANY_SLAVE, load};
 use encspec::verdict::Verdict;
 use std::collections::BTreeSet;
@@ -62,10 +62,7 @@ impl UnknownEncoder {
 
     fn has_what_it_needs(&self, trial: &Trial) -> bool {
         needs(&self.manual, self.variant(), trial).iter().all(|need| match need {
-            BenchNeed::Claim(claim) => match claim {
-                encspec::suite::needs::ClaimedFeature::Module(name) => self.claimed.contains(&name.as_str()),
-                _ => true,
-            },
+            BenchNeed::Claim(ClaimedFeature::Module(name)) => self.claimed.contains(&name.as_str()),
             _ => true,
         })
     }
