@@ -12,7 +12,6 @@ mod control;
 mod coverage;
 mod discover;
 pub mod dut;
-pub mod encoder;
 mod errata;
 mod explain;
 pub mod filter;

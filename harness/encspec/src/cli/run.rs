@@ -1,7 +1,6 @@
 //! `encspec run`: runs cases and rules, writes reports, and decides the exit status.
 
-use super::dut::{Devices, devices, suggest};
-use super::encoder::GsdmlEncoder;
+use super::dut::{devices, suggest};
 use super::filter::{FilterArgs, LAST_RUN, last_run};
 use super::{CommandError, CommandResult, Suites, show};
 use clap::{ArgAction, Args, ValueEnum};
@@ -39,9 +38,6 @@ pub struct RunArgs {
     /// Manual and variant that the device under test claims to be, where --dut does not name them
     #[arg(long, value_name = "MANUAL[/VARIANT]")]
     device: Option<String>,
-    /// With --device none: the GSDML that describes a reference device in place of its manual
-    #[arg(long, value_name = "FILE")]
-    gsdml: Option<PathBuf>,
     /// Enable a bug of the reference device; may be repeated; `encspec bugs` lists them
     #[arg(long, value_name = "NAME")]
     bug: Vec<String>,
@@ -176,8 +172,6 @@ pub struct RunRequest {
     pub long: bool,
     /// `--suites`.
     pub suites: Suites,
-    /// A reference device that is tested by its GSDML alone; it takes the place of the devices that the other options name.
-    pub described: Option<DutSpec>,
 }
 
 /// A checked request whose live devices are locked and open.
@@ -192,7 +186,7 @@ pub struct PreparedRun {
 impl RunRequest {
     /// Checks the request, then locks and opens the live devices. No case has run when this fails.
     pub fn ready(&self, manuals: &[Manual]) -> Result<PreparedRun, CommandError> {
-        for bug in self.bugs.iter().filter(|_| self.described.is_none()) {
+        for bug in &self.bugs {
             let listed = || manuals.iter().flat_map(|manual| &manual.bugs).map(|bug| bug.name.as_str());
             check_known_name("bug", bug, "bugs", listed().chain(persona_bugs().map(|bug| bug.name)))?;
         }
@@ -204,18 +198,14 @@ impl RunRequest {
         }
         let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
         let deviations = [self.bugs.as_slice(), &self.variations].concat();
-        let mut devices = match &self.described {
-            Some(spec) => Devices { here: vec![spec.clone()], ..Devices::default() },
-            None => devices(&self.duts, self.device.as_deref(), &deviations, manuals).map_err(CommandError::usage)?,
-        };
+        let mut devices =
+            devices(&self.duts, self.device.as_deref(), &deviations, manuals).map_err(CommandError::usage)?;
         for name in &devices.without_model {
             super::print_message(&format!(
                 "{name} is not run: it has no reference device; name a live device with --dut"
             ));
         }
-        if self.described.is_none() {
-            self.retain_devices_with_deviations(&mut devices.here, manuals)?;
-        }
+        self.retain_devices_with_deviations(&mut devices.here, manuals)?;
         if persona.is_some() && self.duts.is_empty() && self.device.is_none() {
             // A persona is a PROFINET controller. A slave named with `--dut` stays; each of its cases is then not applicable.
             let is_slave = |manual: &Manual| manual.device.profibus().is_some();
@@ -336,11 +326,7 @@ impl PreparedRun {
 pub(super) fn run(args: &RunArgs) -> CommandResult {
     // `--bug` and `--ledger` may name any manual.
     let names_all = !args.bug.is_empty() || args.device.is_some() || args.ledger.is_some();
-    let (manuals, described) = match described(args)? {
-        Some((manual, dut)) => (vec![manual], Some(dut)),
-        None if names_all => (args.suites.load()?, None),
-        None => (args.suites.load_for(&args.dut)?, None),
-    };
+    let manuals = if names_all { args.suites.load()? } else { args.suites.load_for(&args.dut)? };
     let request = RunRequest {
         duts: args.dut.clone(),
         device: args.device.clone(),
@@ -358,7 +344,6 @@ pub(super) fn run(args: &RunArgs) -> CommandResult {
         part: args.part,
         long: args.long,
         suites: args.suites.clone(),
-        described,
     };
     // Report a misspelt folder before a live device is touched.
     for requested in &args.report {
@@ -397,20 +382,6 @@ pub(super) fn run(args: &RunArgs) -> CommandResult {
         show(&report::console(&result, report::ConsoleOptions { colour: colours(), verbose: args.verbose }));
     }
     Ok(report::status(&result))
-}
-
-/// The suite and the reference device of `--dut model:MANUAL/VARIANT --device none --gsdml FILE`.
-fn described(args: &RunArgs) -> Result<Option<(Manual, DutSpec)>, CommandError> {
-    let Some(path) = &args.gsdml else { return Ok(None) };
-    let model = match args.dut.as_slice() {
-        [only] if args.device.as_deref() == Some("none") => only.strip_prefix("model:"),
-        _ => None,
-    };
-    let model = model.ok_or_else(|| {
-        CommandError::usage("`--gsdml` goes with `--device none` and one `--dut model:MANUAL/VARIANT`")
-    })?;
-    let deviations = [args.bug.as_slice(), &args.vary].concat();
-    GsdmlEncoder::open(path)?.of_model(args.suites.sources()?, model, deviations).map(Some)
 }
 
 /// Writes what was not green beside the captures, for `--failed`. The folder is not created for it.

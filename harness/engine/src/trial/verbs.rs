@@ -104,7 +104,6 @@ impl<'a> RunningTrial<'a> {
         if !second {
             self.disconnect(false)?;
         }
-        self.check_offered(start)?;
         self.action();
         self.driver.connect(self, start, answer, second, to)
     }
@@ -201,8 +200,7 @@ impl<'a> RunningTrial<'a> {
         self.action();
         let answered = self.access(access, true)?;
         self.world.scene.notebook_mut().answers = answered.replies;
-        let judged = self.judge_answer(access.answer.as_ref().unwrap_or(&AnswerMatcher::Accepted));
-        judged.map_err(|trouble| self.lacks_parameter(access).unwrap_or(trouble))
+        self.judge_answer(access.answer.as_ref().unwrap_or(&AnswerMatcher::Accepted))
     }
 
     fn read(&mut self, step: &'a TrialStep, access: &'a AcyclicAccess, within: Option<&'a Deadline>) -> StepResult {
@@ -235,8 +233,7 @@ impl<'a> RunningTrial<'a> {
                     Some(_) => "The right answer did not arrive in time.",
                     None => "The answer is wrong.",
                 };
-                let trouble = StepError::device(what, parts).at(self.world.trace.len() as u64);
-                return Err(self.lacks_parameter(access).unwrap_or(trouble));
+                return Err(StepError::device(what, parts).at(self.world.trace.len() as u64));
             }
             self.world.run(again, |_| false);
         }
