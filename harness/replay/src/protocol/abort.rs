@@ -135,6 +135,10 @@ impl Aborts {
                 | AbortReason::IP_SUITE_CHANGED
                 | AbortReason::LINK_DOWN,
             ) => (FindingSeverity::Error, CaptureBlame::Network, ""),
+            // An alarm cannot be sent where the other side does not acknowledge it.
+            Some(AbortReason::ALARM_SEND) => {
+                (FindingSeverity::Error, others, "; the other side did not acknowledge it")
+            }
             Some(AbortReason::PROTOCOL_VIOLATION | AbortReason::SEQUENCE) => (FindingSeverity::Error, others, ""),
             Some(AbortReason::RE_RUN | AbortReason::ABORT_REQUEST | AbortReason::DEVICE_DEACTIVATED) => {
                 (FindingSeverity::Warning, own, "")

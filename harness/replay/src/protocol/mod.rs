@@ -29,7 +29,12 @@ use station::Time;
 use suite::device::Bus;
 use wire::datagram::arp::Arp;
 use wire::ethernet::{EtherType, FrameHeader};
-use wire::profinet::rt::FrameId;
+use wire::profinet::rt::{FrameId, FrameKind};
+
+/// Whether a PROFINET frame is one of the alarm channel.
+fn is_alarm(payload: &[u8]) -> bool {
+    FrameId::peek(payload).is_ok_and(|id| matches!(id.kind(), FrameKind::AlarmHigh | FrameKind::AlarmLow))
+}
 
 /// All protocol checks on one capture.
 #[derive(Debug, Default)]
@@ -61,6 +66,8 @@ impl ProtocolChecks {
         // Cyclic frames of known connections are counted by the tracker; senders of all other frames are remembered here.
         match header.ether_type {
             EtherType::PROFINET if FrameId::peek(payload).is_ok_and(FrameId::is_cyclic) => return,
+            EtherType::IPV4 => self.streams.called(self.sight.now, header.source),
+            EtherType::PROFINET if is_alarm(payload) => self.streams.called(self.sight.now, header.source),
             EtherType::ARP => {
                 if let Ok(arp) = Arp::parse(payload) {
                     self.stations.arp(self.sight.now, &arp, &mut self.findings);

@@ -21,7 +21,7 @@ const DATA: usize = 40;
 
 /// A frame of the machine: by whom, in which cycle, with which status; tests change them.
 #[derive(Clone, Debug)]
-struct CyclicFrame {
+struct MachineFrame {
     from: [u8; 6],
     cycle: u16,
     time: Time,
@@ -33,7 +33,7 @@ struct CyclicFrame {
     cut: usize,
 }
 
-impl CyclicFrame {
+impl MachineFrame {
     fn octets(&self) -> Vec<u8> {
         let to = if self.from == A { B } else { A };
         let mut octets = [to, self.from].concat();
@@ -51,8 +51,8 @@ impl CyclicFrame {
 }
 
 /// Cycles of 1 ms of both stations.
-fn machine(cycles: u16) -> Vec<CyclicFrame> {
-    let frame = |from, cycle: u16| CyclicFrame {
+fn machine(cycles: u16) -> Vec<MachineFrame> {
+    let frame = |from, cycle: u16| MachineFrame {
         from,
         cycle,
         time: Time::from_nanos(1_000_000_000 + u64::from(cycle) * 1_000_000 + if from == A { 0 } else { 400_000 }),
@@ -66,11 +66,11 @@ fn machine(cycles: u16) -> Vec<CyclicFrame> {
     (0..cycles).flat_map(|cycle| [frame(A, cycle), frame(B, cycle)]).collect()
 }
 
-fn replayed(frames: &[CyclicFrame]) -> CaptureReport {
+fn replayed(frames: &[MachineFrame]) -> CaptureReport {
     capture("machine", pcapng(frames).as_slice(), &[]).expect("a capture")
 }
 
-fn pcapng(frames: &[CyclicFrame]) -> Vec<u8> {
+fn pcapng(frames: &[MachineFrame]) -> Vec<u8> {
     let mut pcapng = PcapngWriter::new(Vec::new(), "by hand").expect("a Vec takes everything");
     let interface = pcapng.interface("line", LinkType::ETHERNET).expect("a Vec takes everything");
     for frame in frames {
@@ -113,12 +113,12 @@ fn a_bad_status_of_a_whole_capture(#[case] status: u8, #[case] id: &str, #[case]
 #[case::for_a_moment(200, FindingSeverity::Warning)]
 fn the_provider_stops(#[case] cycles: u16, #[case] severity: FindingSeverity) {
     let mut frames = machine(100 + cycles + 100);
-    let stopped = |frame: &&mut CyclicFrame| frame.from == A && (100..100 + cycles).contains(&frame.cycle);
+    let stopped = |frame: &&mut MachineFrame| frame.from == A && (100..100 + cycles).contains(&frame.cycle);
     frames.iter_mut().filter(stopped).for_each(|frame| frame.status = STOP);
     assert_eq!(found(&replayed(&frames)), [("PN-STATUS-STOP", severity, CaptureBlame::Undecided, 201)]);
 }
 
-/// A status that may not be evaluated accuses nobody: Ignore is set, or the provider is a backup.
+/// A status that may not be evaluated accuses no station: Ignore is set, or the provider is a backup.
 #[rstest]
 #[case::ignored(0x80 | STOP)]
 #[case::of_a_backup(STOP & !1)]
@@ -195,11 +195,11 @@ fn a_counter_that_stands_still_has_no_place_and_nothing_is_judged() {
 
 /// Zero trailers, check sequences, tags and padding move the end of a frame; they must not read as INVALID, STOP and PROBLEM.
 #[rstest]
-#[case::zeros(|frame: &mut CyclicFrame| frame.trailer = vec![0; 4])]
-#[case::a_check_sequence(|frame: &mut CyclicFrame| frame.trailer = (frame.cycle as u32).wrapping_mul(0x9E37_79B9).to_be_bytes().to_vec())]
-#[case::tagged(|frame: &mut CyclicFrame| frame.tag = true)]
-#[case::a_time_stamp_of_a_switch(|frame: &mut CyclicFrame| frame.trailer = frame.time.as_nanos().to_be_bytes().to_vec())]
-fn what_follows_the_status_does_not_matter(#[case] change: fn(&mut CyclicFrame)) {
+#[case::zeros(|frame: &mut MachineFrame| frame.trailer = vec![0; 4])]
+#[case::a_check_sequence(|frame: &mut MachineFrame| frame.trailer = (frame.cycle as u32).wrapping_mul(0x9E37_79B9).to_be_bytes().to_vec())]
+#[case::tagged(|frame: &mut MachineFrame| frame.tag = true)]
+#[case::a_time_stamp_of_a_switch(|frame: &mut MachineFrame| frame.trailer = frame.time.as_nanos().to_be_bytes().to_vec())]
+fn what_follows_the_status_does_not_matter(#[case] change: fn(&mut MachineFrame)) {
     let mut frames = machine(300);
     frames.iter_mut().for_each(change);
     let report = replayed(&frames);

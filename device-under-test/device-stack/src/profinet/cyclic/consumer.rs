@@ -99,15 +99,13 @@ impl OutputConsumer {
         let frame = CyclicFrame::parse(payload, self.data_length);
         let is_whole = self.hooks.check(StackCheck::FrameLength(payload.len()), frame.is_ok());
         let Some(frame) = frame.ok().filter(|_| is_whole) else { return false };
-        let status = frame.status;
+        let (status, data) = (frame.status, frame.status.data_status);
         let is_old = self.counter.is_some_and(|last| last.wrapping_sub(status.cycle_counter) < OutputConsumer::OLD);
-        let ignores = status.data_status.has(DataStatus::IGNORE);
-        let ignores = self.hooks.check(StackCheck::IgnoredFrame(status.data_status), ignores);
+        let ignores = self.hooks.check(StackCheck::IgnoredFrame(data), data.has(DataStatus::IGNORE));
         if is_old || status.transfer_status != 0 || ignores {
             return false;
         }
-        self.counter = Some(status.cycle_counter);
-        self.expires = Some(now + self.hold);
+        (self.counter, self.expires) = (Some(status.cycle_counter), Some(now + self.hold));
         if !is_ready {
             return true;
         }

@@ -63,6 +63,17 @@ pub const ALWAYS: &[HiddenBugs] = &[
         &["month-before-day"],
         "the order of the parts is the only difference, and the variation replaces it",
     ),
+    hidden(&["identify-answered-twice"], &["identify-answered-too-late"], "the other answer comes in time"),
+    hidden(
+        &["static-diagnosis-at-start"],
+        &["stat-diag-stays"],
+        "the slave never comes to data exchange, where the bug is looked for",
+    ),
+    hidden(
+        &["static-diagnosis-before-exchange"],
+        &["stat-diag-stays"],
+        "the slave never comes to data exchange, where the bug is looked for",
+    ),
     hidden(
         &["diagnosis-announced-again"],
         &["diagnosis-fetched-by-anybody"],

@@ -1,7 +1,7 @@
 //! Cyclic frames of connections whose Connect is not in the capture: status, cycle counter and silence, which need no layout.
 //!
 //! A stream is a pair of MAC addresses and a FrameID. Who is controller and who is device is known only if the capture shows a call or
-//! DCP of them; otherwise they are two stations, and nobody is blamed.
+//! DCP of them; otherwise they are two stations, and neither is blamed.
 
 mod report;
 mod status_place;
@@ -31,6 +31,8 @@ type StreamName = (Mac, Mac, u16);
 pub(super) struct StrayStreams {
     numbers: FxHashMap<StreamName, usize>,
     streams: Vec<StrayStream>,
+    /// The last call or alarm of each station: it has ended the connection, or established another one.
+    calls: FxHashMap<Mac, CapturePosition>,
 }
 
 #[derive(Debug)]
@@ -44,7 +46,7 @@ struct StrayStream {
     reading: Reading,
     counter: CounterWatch,
     /// STOP, problem, invalid.
-    states: [StatusWatch; 3],
+    states: [StreamStatus; 3],
     /// Frames whose status may not be evaluated: the provider is a backup, or says so.
     unevaluated: u64,
     /// Frames that are too short for the place of the status.
@@ -81,7 +83,7 @@ struct CounterGap {
 
 /// A bad status over time.
 #[derive(Clone, Copy, Debug, Default)]
-struct StatusWatch {
+struct StreamStatus {
     since: Option<CapturePosition>,
     first: Option<CapturePosition>,
     /// Its place in the first bad frame.
@@ -93,6 +95,13 @@ struct StatusWatch {
 }
 
 impl StrayStreams {
+    /// A station sent a call, an answer to one, or an alarm.
+    pub fn called(&mut self, now: CapturePosition, source: Mac) {
+        if self.calls.len() < MOST_STREAMS || self.calls.contains_key(&source) {
+            self.calls.insert(source, now);
+        }
+    }
+
     #[inline]
     pub fn observe(&mut self, now: CapturePosition, observation: &Observation<'_>, findings: &mut FindingList) {
         if let Observation::Traffic(Traffic::Stray { source, destination, frame_id, octets, at, .. }) = observation {
@@ -105,8 +114,9 @@ impl StrayStreams {
             if number == next {
                 self.streams.push(StrayStream::new(name, now));
             }
+            let called = self.calls.get(source).map_or(0, |of| of.frame);
             if let Some(stream) = self.streams.get_mut(number)
-                && stream.take(now, octets, *at)
+                && stream.take(now, octets, *at, called)
             {
                 findings.note(now.frame);
             }
@@ -132,7 +142,10 @@ impl StrayStreams {
             ars.iter().filter(of_pair).any(|ar| ar.connect_frame.is_none() && ar.inputs.frames + ar.outputs.frames > 0)
         };
         let judged = self.streams.iter().filter(|stream| !has_guessed_layout(stream));
-        judged.clone().for_each(|stream| report::report(stream, &self.streams, sight, ars, findings));
+        for stream in judged.clone() {
+            let called = self.calls.get(&stream.name.0).map_or(0, |of| of.frame);
+            report::report(stream, &self.streams, called, sight, ars, findings);
+        }
         let coverage: BTreeMap<StreamName, StreamCoverage> =
             judged.map(|stream| (stream.name, report::coverage(stream))).collect();
         coverage.into_values().collect()
@@ -149,16 +162,17 @@ impl StrayStream {
             longest: (Duration::ZERO, first.frame),
             reading: Reading::Sampling(Vec::with_capacity(FEWEST)),
             counter: CounterWatch::default(),
-            states: [StatusWatch::default(); 3],
+            states: [StreamStatus::default(); 3],
             unevaluated: 0,
             unread: 0,
         }
     }
 
-    /// Takes in a frame; returns whether a finding may begin here.
-    fn take(&mut self, now: CapturePosition, octets: &[u8], at: usize) -> bool {
+    /// Takes in a frame; `called` is the frame of the sender's last call. Returns whether a finding may begin here.
+    fn take(&mut self, now: CapturePosition, octets: &[u8], at: usize, called: u64) -> bool {
         self.frames += 1;
-        let pause = now.since(self.last).unwrap_or_default();
+        // A station that called in between did not fall silent.
+        let pause = now.since(self.last).filter(|_| called <= self.last.frame).unwrap_or_default();
         if pause > self.longest.0 {
             self.longest = (pause, now.frame);
         }
@@ -214,6 +228,7 @@ impl StrayStream {
     fn judge(&mut self, place: StatusPlace, now: CapturePosition, octets: &[u8], at: usize) -> bool {
         let (Some(counter), Some(&status)) = (counter_at(octets, place.offset), octets.get(place.offset + 2)) else {
             self.unread += 1;
+            self.counter.last = None;
             return false;
         };
         let status = DataStatus(status);
@@ -261,7 +276,7 @@ impl CounterWatch {
     }
 }
 
-impl StatusWatch {
+impl StreamStatus {
     /// Takes in a frame; returns whether the status becomes bad for the first time.
     fn take(&mut self, now: CapturePosition, is_bad: bool, octet: usize) -> bool {
         match (is_bad, self.since) {

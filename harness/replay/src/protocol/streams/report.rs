@@ -5,8 +5,8 @@ use super::super::table::{
     CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ProtocolCheck, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP,
 };
 use super::super::text::{party, span};
-use super::{CounterGap, Reading, StatusWatch, StrayStream, WATCHDOG};
-use crate::finding::{CaptureBlame, FindingSeverity};
+use super::{CounterGap, Reading, StrayStream, StreamStatus, WATCHDOG};
+use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
 use crate::report::StreamCoverage;
 use judge::observe::{Address, ObservedAr, Party};
 use station::Duration;
@@ -24,10 +24,11 @@ struct StreamSender {
     peer: String,
 }
 
-/// Reports what is wrong in a stream.
+/// Reports what is wrong in a stream; `called` is the frame of the last call of its sender.
 pub(super) fn report(
     stream: &StrayStream,
     all: &[StrayStream],
+    called: u64,
     sight: &CaptureCoverage,
     ars: &[ObservedAr],
     findings: &mut FindingList,
@@ -36,7 +37,13 @@ pub(super) fn report(
     statuses(stream, &who, findings);
     counter(stream, &who, findings);
     lost(stream, all, &who, findings);
-    silence(stream, all, sight, ars, &who, findings);
+    if let Some(pause) = pause(stream, &who) {
+        findings.add(pause);
+    }
+    // A station that called after its last cyclic frame has ended the connection, or established another one.
+    if called <= stream.last.frame {
+        silence(stream, all, sight, ars, &who, findings);
+    }
 }
 
 /// What of a stream was judged.
@@ -119,7 +126,7 @@ fn statuses(stream: &StrayStream, who: &StreamSender, findings: &mut FindingList
 }
 
 /// A machine whose provider stands, or whose data are invalid, for the whole capture or for long does not run.
-fn severity(check: &ProtocolCheck, stream: &StrayStream, watch: &StatusWatch) -> FindingSeverity {
+fn severity(check: &ProtocolCheck, stream: &StrayStream, watch: &StreamStatus) -> FindingSeverity {
     let is_whole = watch.frames + stream.unread + stream.unevaluated == stream.frames;
     match check == STATUS_PROBLEM {
         true => FindingSeverity::Warning,
@@ -172,7 +179,20 @@ fn lost(stream: &StrayStream, all: &[StrayStream], who: &StreamSender, findings:
     findings.add(check.finding(severity, blame, longest.to.frame, text));
 }
 
-/// Reports a stream that paused, or ended before the capture, for longer than the longest watchdog.
+/// The finding of a stream that paused for longer than the longest watchdog. Who fell silent and what lost frames look alike.
+fn pause(stream: &StrayStream, who: &StreamSender) -> Option<CaptureFinding> {
+    let (longest, frame) = stream.longest;
+    let text = format!(
+        "{} sent no cyclic frame for {}; the agreed watchdog is not in the capture, the longest possible one is {}",
+        who.text,
+        span(longest),
+        span(WATCHDOG)
+    );
+    let finding = CYCLE_SILENT.finding(FindingSeverity::Error, CaptureBlame::Undecided, frame, text);
+    (longest > WATCHDOG).then_some(finding)
+}
+
+/// Reports a stream that ended before the capture.
 fn silence(
     stream: &StrayStream,
     all: &[StrayStream],
@@ -181,15 +201,6 @@ fn silence(
     who: &StreamSender,
     findings: &mut FindingList,
 ) {
-    let limit = span(WATCHDOG);
-    if stream.longest.0 > WATCHDOG {
-        let text = format!(
-            "{} sent no cyclic frame for {}; the agreed watchdog is not in the capture, the longest possible one is {limit}",
-            who.text,
-            span(stream.longest.0)
-        );
-        findings.add(CYCLE_SILENT.finding(FindingSeverity::Error, who.blame, stream.longest.1, text));
-    }
     let Some(quiet) = sight.now.since(stream.last).filter(|quiet| *quiet > WATCHDOG) else { return };
     let (source, destination, _) = stream.name;
     let of_pair = |one: Mac, other: Mac| (one, other) == (source, destination) || (one, other) == (destination, source);
@@ -218,7 +229,7 @@ fn silence(
             who.peer,
             span(went_on)
         );
-        (FindingSeverity::Error, who.blame, text)
+        (FindingSeverity::Error, CaptureBlame::Undecided, text)
     } else {
         let text = format!(
             "{} and the other side sent their last cyclic frames {} before the end of the capture, without a Release or an ERR-RTA: the \
