@@ -65,16 +65,6 @@ pub const ALWAYS: &[HiddenBugs] = &[
     ),
     hidden(&["identify-answered-twice"], &["identify-answered-too-late"], "the other answer comes in time"),
     hidden(
-        &["static-diagnosis-at-start"],
-        &["stat-diag-stays"],
-        "the slave never comes to data exchange, where the bug is looked for",
-    ),
-    hidden(
-        &["static-diagnosis-before-exchange"],
-        &["stat-diag-stays"],
-        "the slave never comes to data exchange, where the bug is looked for",
-    ),
-    hidden(
         &["diagnosis-announced-again"],
         &["diagnosis-fetched-by-anybody"],
         "the announcement comes again whoever has fetched it",
