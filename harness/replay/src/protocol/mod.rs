@@ -45,7 +45,7 @@ pub(super) struct ProtocolChecks {
     calls: calls::CallCheck,
     cyclic: cyclic::CyclicFlows,
     status: status::StatusChecks,
-    streams: streams::StrayStreams,
+    streams: streams::WatchedStreams,
     abort: abort::Aborts,
     alarms: alarms::AlarmCheck,
     stations: stations::StationCheck,

@@ -28,15 +28,15 @@ type StreamName = (Mac, Mac, u16);
 
 /// The streams without a Connect.
 #[derive(Debug, Default)]
-pub(super) struct StrayStreams {
+pub(super) struct WatchedStreams {
     numbers: FxHashMap<StreamName, usize>,
-    streams: Vec<StrayStream>,
+    streams: Vec<WatchedStream>,
     /// The last call or alarm of each station: it has ended the connection, or established another one.
     calls: FxHashMap<Mac, CapturePosition>,
 }
 
 #[derive(Debug)]
-struct StrayStream {
+struct WatchedStream {
     name: StreamName,
     frames: u64,
     first: CapturePosition,
@@ -94,7 +94,7 @@ struct StreamStatus {
     ended: u64,
 }
 
-impl StrayStreams {
+impl WatchedStreams {
     /// A station sent a call, an answer to one, or an alarm.
     pub fn called(&mut self, now: CapturePosition, source: Mac) {
         if self.calls.len() < MOST_STREAMS || self.calls.contains_key(&source) {
@@ -112,7 +112,7 @@ impl StrayStreams {
             }
             let number = *self.numbers.entry(name).or_insert(next);
             if number == next {
-                self.streams.push(StrayStream::new(name, now));
+                self.streams.push(WatchedStream::new(name, now));
             }
             let called = self.calls.get(source).map_or(0, |of| of.frame);
             if let Some(stream) = self.streams.get_mut(number)
@@ -134,7 +134,7 @@ impl StrayStreams {
             stream.end_of_capture();
         }
         // Where the layout was guessed, the frames after the first ones were judged as those of a connection.
-        let has_guessed_layout = |stream: &StrayStream| {
+        let has_guessed_layout = |stream: &WatchedStream| {
             let of_pair = |ar: &&ObservedAr| {
                 let (one, other) = (ar.controller.mac(), ar.device.mac());
                 (one, other) == (stream.name.0, stream.name.1) || (other, one) == (stream.name.0, stream.name.1)
@@ -152,9 +152,9 @@ impl StrayStreams {
     }
 }
 
-impl StrayStream {
-    fn new(name: StreamName, first: CapturePosition) -> StrayStream {
-        StrayStream {
+impl WatchedStream {
+    fn new(name: StreamName, first: CapturePosition) -> WatchedStream {
+        WatchedStream {
             name,
             frames: 0,
             first,

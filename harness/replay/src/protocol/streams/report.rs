@@ -5,7 +5,7 @@ use super::super::table::{
     CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ProtocolCheck, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP,
 };
 use super::super::text::{party, span};
-use super::{CounterGap, Reading, StrayStream, StreamStatus, WATCHDOG};
+use super::{CounterGap, Reading, StreamStatus, WATCHDOG, WatchedStream};
 use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
 use crate::report::StreamCoverage;
 use judge::observe::{Address, ObservedAr, Party};
@@ -26,8 +26,8 @@ struct StreamSender {
 
 /// Reports what is wrong in a stream; `called` is the frame of the last call of its sender.
 pub(super) fn report(
-    stream: &StrayStream,
-    all: &[StrayStream],
+    stream: &WatchedStream,
+    all: &[WatchedStream],
     called: u64,
     sight: &CaptureCoverage,
     ars: &[ObservedAr],
@@ -47,7 +47,7 @@ pub(super) fn report(
 }
 
 /// What of a stream was judged.
-pub(super) fn coverage(stream: &StrayStream) -> StreamCoverage {
+pub(super) fn coverage(stream: &WatchedStream) -> StreamCoverage {
     let (source, destination, frame_id) = stream.name;
     let (judged, mut why) = match &stream.reading {
         Reading::Located(_) if stream.unread < stream.frames => {
@@ -66,7 +66,7 @@ pub(super) fn coverage(stream: &StrayStream) -> StreamCoverage {
 }
 
 /// Its role is known if the capture shows a call of both stations; otherwise the first of a pair that sends is station A.
-fn sender(stream: &StrayStream, all: &[StrayStream], ars: &[ObservedAr]) -> StreamSender {
+fn sender(stream: &WatchedStream, all: &[WatchedStream], ars: &[ObservedAr]) -> StreamSender {
     let (source, destination, _) = stream.name;
     let known = ars.iter().filter(|ar| ar.roles_known).find_map(|ar| {
         if (ar.device.mac(), ar.controller.mac()) == (source, destination) {
@@ -82,7 +82,7 @@ fn sender(stream: &StrayStream, all: &[StrayStream], ars: &[ObservedAr]) -> Stre
             StreamSender { text: format!("{own} {}", party(one)), blame, peer: format!("{others} {}", party(other)) }
         }
         None => {
-            let pair = |of: &&StrayStream| {
+            let pair = |of: &&WatchedStream| {
                 let (from, to, _) = of.name;
                 (from, to) == (source, destination) || (from, to) == (destination, source)
             };
@@ -97,7 +97,7 @@ fn sender(stream: &StrayStream, all: &[StrayStream], ars: &[ObservedAr]) -> Stre
 }
 
 /// Reports STOP, problem and invalid data.
-fn statuses(stream: &StrayStream, who: &StreamSender, findings: &mut FindingList) {
+fn statuses(stream: &WatchedStream, who: &StreamSender, findings: &mut FindingList) {
     let named = [
         (STATUS_STOP, "is in STOP state", "RUN", 4),
         (STATUS_PROBLEM, "reports a problem", "no problem", 5),
@@ -126,7 +126,7 @@ fn statuses(stream: &StrayStream, who: &StreamSender, findings: &mut FindingList
 }
 
 /// A machine whose provider stands, or whose data are invalid, for the whole capture or for long does not run.
-fn severity(check: &ProtocolCheck, stream: &StrayStream, watch: &StreamStatus) -> FindingSeverity {
+fn severity(check: &ProtocolCheck, stream: &WatchedStream, watch: &StreamStatus) -> FindingSeverity {
     let is_whole = watch.frames + stream.unread + stream.unevaluated == stream.frames;
     match check == STATUS_PROBLEM {
         true => FindingSeverity::Warning,
@@ -135,7 +135,7 @@ fn severity(check: &ProtocolCheck, stream: &StrayStream, watch: &StreamStatus) -
     }
 }
 
-fn counter(stream: &StrayStream, who: &StreamSender, findings: &mut FindingList) {
+fn counter(stream: &WatchedStream, who: &StreamSender, findings: &mut FindingList) {
     let (still, jumps) = (stream.counter.still, stream.counter.jumps);
     if still.0 >= OFTEN && still.0 * 2 > stream.frames {
         let text = format!("the cycle counter of {} stands still in {} of {} frames", who.text, still.0, stream.frames);
@@ -151,7 +151,7 @@ fn counter(stream: &StrayStream, who: &StreamSender, findings: &mut FindingList)
 }
 
 /// Reports missing frames; gaps of several senders at the same time are gaps of the capture.
-fn lost(stream: &StrayStream, all: &[StrayStream], who: &StreamSender, findings: &mut FindingList) {
+fn lost(stream: &WatchedStream, all: &[WatchedStream], who: &StreamSender, findings: &mut FindingList) {
     let counter = &stream.counter;
     let length = |gap: &&CounterGap| gap.to.time.since(gap.from.time);
     let Some(longest) = counter.gaps.iter().max_by_key(length) else { return };
@@ -180,7 +180,7 @@ fn lost(stream: &StrayStream, all: &[StrayStream], who: &StreamSender, findings:
 }
 
 /// The finding of a stream that paused for longer than the longest watchdog. Who fell silent and what lost frames look alike.
-fn pause(stream: &StrayStream, who: &StreamSender) -> Option<CaptureFinding> {
+fn pause(stream: &WatchedStream, who: &StreamSender) -> Option<CaptureFinding> {
     let (longest, frame) = stream.longest;
     let text = format!(
         "{} sent no cyclic frame for {}; the agreed watchdog is not in the capture, the longest possible one is {}",
@@ -194,8 +194,8 @@ fn pause(stream: &StrayStream, who: &StreamSender) -> Option<CaptureFinding> {
 
 /// Reports a stream that ended before the capture.
 fn silence(
-    stream: &StrayStream,
-    all: &[StrayStream],
+    stream: &WatchedStream,
+    all: &[WatchedStream],
     sight: &CaptureCoverage,
     ars: &[ObservedAr],
     who: &StreamSender,
