@@ -58,6 +58,10 @@ def suite(command):
     return {case["id"]: case for case in json.loads(done.stdout)["runs"][0]["cases"]}
 
 
+# Topics whose findings on pnio were not read and approved yet; they are not run, and the output says so.
+NOT_READ_YET = [f"protocol-{topic}/" for topic in (
+    "dcp", "transactions", "station", "record-refusals", "record-contents", "diagnosis-records", "im-records", "rpc", "data-status",
+    "neighbours", "alarm-transfer", "interruptions")]
 # One of so many parts runs each day.
 PARTS = 5
 
@@ -85,6 +89,9 @@ def main():
     # This script repeats what a stall has spoilt; a case that waits two minutes for what pnio never sends would be repeated by the run as well.
     command = [encspec, "run", "--dut", bench, "--no-evidence", "--stall-repeats", "0", "--report", "json=-"]
     part = [] if some else part_of_the_day()
+    if part:
+        some = [f"!{topic}" for topic in NOT_READ_YET]
+        print(f"# findings of {len(NOT_READ_YET)} topics were not read yet, so they are not run here: {' '.join(NOT_READ_YET)}")
     # What decides a rule may be in another part.
     cases = {id: case for id, case in suite([*command, *some, *part]).items() if not part or case["kind"] == "case"}
     path = pathlib.Path(approved_file)
