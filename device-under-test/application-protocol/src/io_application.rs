@@ -1,10 +1,10 @@
 //! The application of a PROFINET device in a program.
 
 use crate::answer::{AnsweredDiagnosis, AnsweredInputs, ApplicationAnswer, SeverityWord};
+use crate::dialogue::{ProgramDialogue, RemoteApplication, words_of};
 use crate::hex::HexText;
 use crate::program::{SharedProgram, in_program};
 use crate::request::{ApplicationRequest, RequestedOutputs, ScopeWord, SubmodulePlace};
-use crate::stand;
 use device_stack::profinet::{
     ArKey, DiagnosisChange, DiagnosisSeverity, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess,
     RecordRefusal, ResetScope, StackStatus, StationData, SubmoduleDiagnosis,
@@ -20,21 +20,18 @@ use wire::profinet::dcp::station_name;
 /// is none while the program says that its inputs are constant and the outputs stay the same.
 #[derive(Debug)]
 pub struct RemoteIoApplication {
-    program: SharedProgram,
+    dialogue: ProgramDialogue,
     identity: IoIdentity,
     plugs: Vec<PluggableSubmodule>,
     stored: StationData,
     /// The MAC address, if the program wants to know the station.
     known_mac: Option<[u8; 6]>,
-    deadline: Option<Time>,
-    is_alive: bool,
     diagnosis: VecDeque<DiagnosisChange>,
     /// Outputs that were not sent yet.
     waiting: Vec<RequestedOutputs>,
     /// The last outputs of each submodule.
     outputs: Vec<RequestedOutputs>,
     inputs: Vec<AnsweredInputs>,
-    constant_until: Time,
 }
 
 impl RemoteIoApplication {
@@ -46,18 +43,15 @@ impl RemoteIoApplication {
             (program.io_identity()?.clone(), described.plugs(), described.station)
         };
         let mut application = RemoteIoApplication {
-            program,
+            dialogue: ProgramDialogue::new(program),
             identity,
             plugs,
             stored: station,
             known_mac: wants_station.then_some(mac),
-            deadline: None,
-            is_alive: true,
             diagnosis: VecDeque::new(),
             waiting: Vec::new(),
             outputs: Vec::new(),
             inputs: Vec::new(),
-            constant_until: Time::ZERO,
         };
         application.ask(&ApplicationRequest::Reset { shaft });
         application.report_station(Time::ZERO, &application.stored.clone());
@@ -80,33 +74,6 @@ impl RemoteIoApplication {
         );
     }
 
-    /// Sends a message, after the outputs that arrived before it, and takes what every answer may contain.
-    fn ask(&mut self, request: &ApplicationRequest) -> Option<ApplicationAnswer> {
-        let answer = in_program(&self.program).ask(request);
-        self.constant_until = Time::ZERO;
-        let Some(answer) = answer else {
-            self.deadline = None;
-            return None;
-        };
-        self.deadline = answer.deadline.map(Time::from_nanos);
-        self.is_alive = answer.alive;
-        self.diagnosis.extend(answer.diagnosis.iter().map(|of| diagnosis(of, &self.plugs)));
-        Some(answer)
-    }
-
-    /// Sends a message other than a cycle.
-    fn ask_at(&mut self, now: Time, request: &ApplicationRequest) -> Option<ApplicationAnswer> {
-        if !self.waiting.is_empty() {
-            let outputs = std::mem::take(&mut self.waiting);
-            self.ask(&ApplicationRequest::Cycle { now: now.as_nanos(), outputs, inputs: false });
-        }
-        self.ask(request)
-    }
-
-    fn refuse(&self, request: &ApplicationRequest, why: String) {
-        in_program(&self.program).refuse(request, why);
-    }
-
     fn forget_outputs(&mut self) {
         self.waiting.clear();
         self.outputs.clear();
@@ -118,7 +85,7 @@ impl RemoteIoApplication {
         let Some(word) = &answer.refused else { return Ok(()) };
         Err(refusal(word).unwrap_or_else(|| {
             let known: Vec<&str> = REFUSALS.iter().filter_map(|refusal| RecordError(refusal.code1()).word()).collect();
-            self.refuse(request, format!("`refused` is `{word}`; use one of {}", known.join(", ")));
+            self.dialogue.refuse(request, format!("`refused` is `{word}`; use one of {}", known.join(", ")));
             RecordRefusal::StateConflict
         }))
     }
@@ -181,6 +148,25 @@ fn scope_word(scope: ResetScope) -> ScopeWord {
 
 fn connection(ar: Option<ArKey>) -> u32 {
     ar.map_or(0, |ar| ar.0.saturating_add(1))
+}
+
+impl RemoteApplication for RemoteIoApplication {
+    fn dialogue(&mut self) -> &mut ProgramDialogue {
+        &mut self.dialogue
+    }
+
+    fn ask(&mut self, request: &ApplicationRequest) -> Option<ApplicationAnswer> {
+        let answer = self.dialogue.ask(request)?;
+        self.diagnosis.extend(answer.diagnosis.iter().map(|of| diagnosis(of, &self.plugs)));
+        Some(answer)
+    }
+
+    fn send_outputs(&mut self, now: Time) {
+        if !self.waiting.is_empty() {
+            let outputs = std::mem::take(&mut self.waiting);
+            self.ask(&ApplicationRequest::Cycle { now: now.as_nanos(), outputs, inputs: false });
+        }
+    }
 }
 
 impl IoApplication for RemoteIoApplication {
@@ -274,17 +260,14 @@ impl IoApplication for RemoteIoApplication {
         };
         let answer = self.ask_at(now, &request);
         self.accessed(&request, answer.as_ref())?;
-        match answer.and_then(|answer| answer.data) {
-            Some(HexText(data)) => out.extend_from_slice(&data),
-            None => self.refuse(&request, "it has neither `data` nor `refused`".to_owned()),
-        }
+        self.dialogue.take_record(&request, answer, out);
         Ok(())
     }
 
     fn outputs(&mut self, now: Time, slot: u16, subslot: u16, data: Option<&[u8]>) {
         let last = self.outputs.iter_mut().find(|of| (of.slot, of.subslot) == (slot, subslot));
         let is_same = last.as_ref().is_some_and(|last| last.data.as_ref().map(|data| data.0.as_slice()) == data);
-        if is_same && now < self.constant_until && self.waiting.is_empty() {
+        if is_same && now < self.dialogue.constant_until && self.waiting.is_empty() {
             return;
         }
         let new = RequestedOutputs { at: now.as_nanos(), slot, subslot, data: data.map(HexText::from) };
@@ -297,7 +280,7 @@ impl IoApplication for RemoteIoApplication {
     }
 
     fn frame(&mut self, now: Time) {
-        if self.waiting.is_empty() && now < self.constant_until {
+        if self.waiting.is_empty() && now < self.dialogue.constant_until {
             return;
         }
         let outputs = std::mem::take(&mut self.waiting);
@@ -307,15 +290,15 @@ impl IoApplication for RemoteIoApplication {
             return;
         };
         let Some(inputs) = answer.inputs else {
-            return self.refuse(&request, "it has no `inputs`".to_owned());
+            return self.dialogue.refuse(&request, "it has no `inputs`".to_owned());
         };
         if let Some((of, length)) = inputs.iter().find_map(|of| Some((of, self.inputs_length(of)?))) {
             let (slot, subslot, given) = (of.slot, of.subslot, of.data.0.len());
             let why = format!("the inputs of slot {slot} subslot {subslot} have {given} bytes instead of {length}");
-            self.refuse(&request, why);
+            self.dialogue.refuse(&request, why);
         }
         self.inputs = inputs;
-        self.constant_until = answer.constant_until.map_or(Time::ZERO, Time::from_nanos);
+        self.dialogue.constant_until = answer.constant_until.map_or(Time::ZERO, Time::from_nanos);
     }
 
     fn inputs(&mut self, now: Time, slot: u16, subslot: u16, data: &mut [u8]) -> bool {
@@ -324,9 +307,9 @@ impl IoApplication for RemoteIoApplication {
                 data.copy_from_slice(&of.data.0);
                 return of.good;
             }
-        } else if in_program(&self.program).failure().is_none() {
+        } else if in_program(&self.dialogue.program).failure().is_none() {
             let request = ApplicationRequest::Cycle { now: now.as_nanos(), outputs: Vec::new(), inputs: true };
-            self.refuse(&request, format!("it has no inputs of slot {slot} subslot {subslot}"));
+            self.dialogue.refuse(&request, format!("it has no inputs of slot {slot} subslot {subslot}"));
         }
         data.fill(0);
         false
@@ -337,47 +320,33 @@ impl IoApplication for RemoteIoApplication {
     }
 
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
-        let request = stand::act(now, action)?;
-        self.ask_at(now, &request)?.done.map(|done| Time::from_nanos(done).max(now))
+        self.act_on_device(now, action)
     }
 
     fn is_alive(&self) -> bool {
-        self.is_alive
+        self.dialogue.is_alive
     }
 
     fn led(&mut self, now: Time, name: &str, status: &StackStatus) -> Option<&'static str> {
-        let request = ApplicationRequest::Led { now: now.as_nanos(), name: name.to_owned(), stack: words(status) };
-        let constant_until = self.constant_until;
-        let shows = self.ask_at(now, &request)?.shows?;
-        // To read an LED changes nothing.
-        self.constant_until = constant_until;
-        in_program(&self.program).led_word(&shows)
+        self.shown_by_led(now, name, words(status))
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
-        self.ask_at(now, &ApplicationRequest::Counter { now: now.as_nanos(), name: name.to_owned() })?.value
+        self.counted(now, name)
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.deadline
+        self.dialogue.deadline
     }
 
     fn advance(&mut self, now: Time) {
-        if self.deadline.is_none_or(|due| due > now) {
-            return;
-        }
-        let request = ApplicationRequest::Advance { now: now.as_nanos() };
-        self.ask_at(now, &request);
-        if let Some(due) = self.deadline.filter(|due| *due <= now) {
-            self.refuse(&request, format!("`deadline` is {}, which is not after `now`", due.as_nanos()));
-            self.deadline = None;
-        }
+        self.advance_program(now);
     }
 }
 
 /// What holds of the stack, as words.
 fn words(status: &StackStatus) -> Vec<String> {
-    let words = [
+    words_of(&[
         (status.has_supply, "supply"),
         (status.is_booting, "booting"),
         (status.is_linked, "link"),
@@ -385,6 +354,5 @@ fn words(status: &StackStatus) -> Vec<String> {
         (status.exchanges_data, "data_exchange"),
         (status.module_differs, "wrong_module"),
         (status.is_signalling, "signal"),
-    ];
-    words.into_iter().filter(|(holds, _)| *holds).map(|(_, word)| word.to_owned()).collect()
+    ])
 }

@@ -8,6 +8,7 @@
 //! This crate must not know suites, nor how anything is judged.
 
 mod answer;
+mod dialogue;
 mod failure;
 mod hello;
 mod hex;

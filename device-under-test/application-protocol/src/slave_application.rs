@@ -1,10 +1,10 @@
 //! The application of a PROFIBUS slave in a program.
 
 use crate::answer::ApplicationAnswer;
+use crate::dialogue::{ProgramDialogue, RemoteApplication, words_of};
 use crate::hex::HexText;
 use crate::program::{SharedProgram, in_program};
 use crate::request::{ApplicationRequest, EndWord};
-use crate::stand;
 use device_stack::profibus::{
     DiagnosisBits, DpState, Dpv1Access, Dpv1Channel, Dpv1RecordRefusal, ExchangeEnd, SlaveApplication, SlaveIdentity,
     SlaveStatus,
@@ -20,22 +20,19 @@ use wire::profibus::prm::SetPrm;
 /// stay the same.
 #[derive(Debug)]
 pub struct RemoteSlaveApplication {
-    program: SharedProgram,
+    dialogue: ProgramDialogue,
     identity: SlaveIdentity,
     address: u8,
     takes_address: bool,
     follows_clock: bool,
     /// What Get_Cfg reports.
     configuration: Vec<u8>,
-    deadline: Option<Time>,
-    is_alive: bool,
     diagnosis_changed: bool,
     /// Outputs that were not sent yet.
     waiting: Option<Option<HexText>>,
     /// The last outputs.
     outputs: Option<Option<HexText>>,
     inputs: Vec<u8>,
-    constant_until: Time,
 }
 
 impl RemoteSlaveApplication {
@@ -43,49 +40,19 @@ impl RemoteSlaveApplication {
     pub fn new(program: SharedProgram, shaft: u64, address: u8) -> Option<RemoteSlaveApplication> {
         let described = in_program(&program).description().profibus.clone()?;
         let mut application = RemoteSlaveApplication {
-            program,
+            dialogue: ProgramDialogue::new(program),
             identity: described.identity(),
             address,
             takes_address: described.set_address,
             follows_clock: described.clock,
             configuration: described.configuration.0,
-            deadline: None,
-            is_alive: true,
             diagnosis_changed: false,
             waiting: None,
             outputs: None,
             inputs: Vec::new(),
-            constant_until: Time::ZERO,
         };
         application.ask(&ApplicationRequest::Reset { shaft });
         Some(application)
-    }
-
-    /// Sends a message and takes what every answer may contain.
-    fn ask(&mut self, request: &ApplicationRequest) -> Option<ApplicationAnswer> {
-        let answer = in_program(&self.program).ask(request);
-        self.constant_until = Time::ZERO;
-        let Some(answer) = answer else {
-            self.deadline = None;
-            return None;
-        };
-        self.deadline = answer.deadline.map(Time::from_nanos);
-        self.is_alive = answer.alive;
-        self.diagnosis_changed |= answer.diagnosis_changed;
-        Some(answer)
-    }
-
-    /// Sends a message other than a Data_Exchange, after the outputs that arrived before it.
-    fn ask_at(&mut self, now: Time, request: &ApplicationRequest) -> Option<ApplicationAnswer> {
-        if let Some(outputs) = self.waiting.take() {
-            let outputs = Some(outputs);
-            self.ask(&ApplicationRequest::DataExchange { now: now.as_nanos(), outputs, inputs: false });
-        }
-        self.ask(request)
-    }
-
-    fn refuse(&self, request: &ApplicationRequest, why: String) {
-        in_program(&self.program).refuse(request, why);
     }
 
     /// The result of an access to a record.
@@ -100,7 +67,7 @@ impl RemoteSlaveApplication {
         match RecordError::by_word(word) {
             Some(error) => refused(error),
             None => {
-                self.refuse(request, format!("`refused` is `{word}`, which is no error of a record"));
+                self.dialogue.refuse(request, format!("`refused` is `{word}`, which is no error of a record"));
                 refused(RecordError::STATE_CONFLICT)
             }
         }
@@ -114,13 +81,32 @@ fn connection(channel: Dpv1Channel) -> u32 {
     }
 }
 
+impl RemoteApplication for RemoteSlaveApplication {
+    fn dialogue(&mut self) -> &mut ProgramDialogue {
+        &mut self.dialogue
+    }
+
+    fn ask(&mut self, request: &ApplicationRequest) -> Option<ApplicationAnswer> {
+        let answer = self.dialogue.ask(request)?;
+        self.diagnosis_changed |= answer.diagnosis_changed;
+        Some(answer)
+    }
+
+    fn send_outputs(&mut self, now: Time) {
+        if let Some(outputs) = self.waiting.take() {
+            let outputs = Some(outputs);
+            self.ask(&ApplicationRequest::DataExchange { now: now.as_nanos(), outputs, inputs: false });
+        }
+    }
+}
+
 impl SlaveApplication for RemoteSlaveApplication {
     fn identity(&self) -> &SlaveIdentity {
         &self.identity
     }
 
     fn power_up(&mut self, now: Time) {
-        if let Some(described) = &in_program(&self.program).description().profibus {
+        if let Some(described) = &in_program(&self.dialogue.program).description().profibus {
             self.configuration.clone_from(&described.configuration.0);
         }
         self.ask(&ApplicationRequest::PowerUp { now: now.as_nanos() });
@@ -149,7 +135,7 @@ impl SlaveApplication for RemoteSlaveApplication {
             ApplicationRequest::SetPrm { now: now.as_nanos(), data: HexText::from(parameters.user.as_slice()) };
         let Some(answer) = self.ask_at(now, &request) else { return false };
         answer.accepted.unwrap_or_else(|| {
-            self.refuse(&request, "it has no `accepted`".to_owned());
+            self.dialogue.refuse(&request, "it has no `accepted`".to_owned());
             false
         })
     }
@@ -165,7 +151,7 @@ impl SlaveApplication for RemoteSlaveApplication {
             (Some(false), ..) => None,
             _ => {
                 let why = "it needs `accepted`, and if that is true `input_length` and `output_length`";
-                self.refuse(&request, why.to_owned());
+                self.dialogue.refuse(&request, why.to_owned());
                 None
             }
         }
@@ -192,33 +178,30 @@ impl SlaveApplication for RemoteSlaveApplication {
 
     fn outputs(&mut self, now: Time, data: Option<&[u8]>) {
         let is_same = self.outputs.as_ref().is_some_and(|last| last.as_ref().map(|of| of.0.as_slice()) == data);
-        if is_same && now < self.constant_until {
+        if is_same && now < self.dialogue.constant_until {
             return;
         }
-        if let Some(outputs) = self.waiting.take() {
-            let outputs = Some(outputs);
-            self.ask(&ApplicationRequest::DataExchange { now: now.as_nanos(), outputs, inputs: false });
-        }
+        self.send_outputs(now);
         let outputs = Some(data.map(HexText::from));
         self.outputs.clone_from(&outputs);
         self.waiting = outputs;
     }
 
     fn inputs(&mut self, now: Time, data: &mut [u8]) {
-        if self.waiting.is_some() || now >= self.constant_until || self.inputs.len() != data.len() {
+        if self.waiting.is_some() || now >= self.dialogue.constant_until || self.inputs.len() != data.len() {
             let outputs = self.waiting.take();
             let request = ApplicationRequest::DataExchange { now: now.as_nanos(), outputs, inputs: true };
             let Some(answer) = self.ask(&request) else { return data.fill(0) };
             match answer.data {
                 Some(HexText(inputs)) if inputs.len() == data.len() => {
                     self.inputs = inputs;
-                    self.constant_until = answer.constant_until.map_or(Time::ZERO, Time::from_nanos);
+                    self.dialogue.constant_until = answer.constant_until.map_or(Time::ZERO, Time::from_nanos);
                 }
                 Some(HexText(inputs)) => {
                     let (given, length) = (inputs.len(), data.len());
-                    self.refuse(&request, format!("the inputs have {given} bytes instead of {length}"));
+                    self.dialogue.refuse(&request, format!("the inputs have {given} bytes instead of {length}"));
                 }
-                None => self.refuse(&request, "it has no `data` with the inputs".to_owned()),
+                None => self.dialogue.refuse(&request, "it has no `data` with the inputs".to_owned()),
             }
         }
         data.fill(0);
@@ -267,10 +250,7 @@ impl SlaveApplication for RemoteSlaveApplication {
         };
         let answer = self.ask_at(now, &request);
         self.accessed(&request, answer.as_ref())?;
-        match answer.and_then(|answer| answer.data) {
-            Some(HexText(data)) => out.extend_from_slice(&data),
-            None => self.refuse(&request, "it has neither `data` nor `refused`".to_owned()),
-        }
+        self.dialogue.take_record(&request, answer, out);
         Ok(())
     }
 
@@ -279,47 +259,33 @@ impl SlaveApplication for RemoteSlaveApplication {
     }
 
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
-        let request = stand::act(now, action)?;
-        self.ask_at(now, &request)?.done.map(|done| Time::from_nanos(done).max(now))
+        self.act_on_device(now, action)
     }
 
     fn is_alive(&self) -> bool {
-        self.is_alive
+        self.dialogue.is_alive
     }
 
     fn led(&mut self, now: Time, name: &str, status: &SlaveStatus) -> Option<&'static str> {
-        let request = ApplicationRequest::Led { now: now.as_nanos(), name: name.to_owned(), stack: words(status) };
-        let constant_until = self.constant_until;
-        let shows = self.ask_at(now, &request)?.shows?;
-        // To read an LED changes nothing.
-        self.constant_until = constant_until;
-        in_program(&self.program).led_word(&shows)
+        self.shown_by_led(now, name, words(status))
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
-        self.ask_at(now, &ApplicationRequest::Counter { now: now.as_nanos(), name: name.to_owned() })?.value
+        self.counted(now, name)
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.deadline
+        self.dialogue.deadline
     }
 
     fn advance(&mut self, now: Time) {
-        if self.deadline.is_none_or(|due| due > now) {
-            return;
-        }
-        let request = ApplicationRequest::Advance { now: now.as_nanos() };
-        self.ask_at(now, &request);
-        if let Some(due) = self.deadline.filter(|due| *due <= now) {
-            self.refuse(&request, format!("`deadline` is {}, which is not after `now`", due.as_nanos()));
-            self.deadline = None;
-        }
+        self.advance_program(now);
     }
 }
 
 /// What holds of the stack, as words.
 fn words(status: &SlaveStatus) -> Vec<String> {
-    let words = [
+    words_of(&[
         (status.has_supply, "supply"),
         (status.is_booting, "booting"),
         (status.is_linked, "link"),
@@ -329,6 +295,5 @@ fn words(status: &SlaveStatus) -> Vec<String> {
         (status.cfg_fault, "cfg_fault"),
         (status.watchdog_expired, "watchdog_expired"),
         (status.is_clear, "clear"),
-    ];
-    words.into_iter().filter(|(holds, _)| *holds).map(|(_, word)| word.to_owned()).collect()
+    ])
 }

@@ -1,14 +1,13 @@
 //! Cyclic frames: those missing on the wire or in the capture, sides that fell silent, and cycle counters that count wrongly.
 
 use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
+use super::gaps::{FrameGap, GapList, OFTEN};
 use super::table::{CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ONE_SIDED};
 use super::text::{of, sender, span};
 use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{ArId, ArStage, CyclicStatus, FrameDirection, Observation, ObservedAr, Role};
 use station::{Duration, Time};
 
-/// Upper limit of the gaps of one direction whose times are remembered.
-const MOST_GAPS: usize = 256;
 /// A side that goes on for this many watchdog times has received the frames.
 const UNHEEDED: u32 = 4;
 /// Upper limit of the other streams whose gaps are compared with those of one.
@@ -17,8 +16,6 @@ const MOST_COMPARED: usize = 64;
 const MOST_SILENCES: usize = 1_024;
 /// After this many frames of one direction the capture would show the other one too.
 const ENOUGH: u64 = 10;
-/// A counter that is wrong this often is wrong on purpose.
-const OFTEN: u64 = 3;
 
 /// The frames of one direction of one connection.
 #[derive(Clone, Debug, Default)]
@@ -26,21 +23,11 @@ struct CyclicFlow {
     last: Option<(CapturePosition, u16)>,
     /// Missing frames as counted by the tracker.
     lost: u64,
-    gaps: Vec<FlowGap>,
-    places: u64,
+    gaps: GapList,
     /// Gaps shorter than their missing cycles: how many, and the first frame.
     jumps: (u64, u64),
     /// Frames with the same cycle counter as the one before: how many, and the first frame.
     still: (u64, u64),
-}
-
-/// A position in the stream where frames are missing.
-#[derive(Clone, Copy, Debug)]
-struct FlowGap {
-    from: Time,
-    to: Time,
-    frame: u64,
-    missing: u64,
 }
 
 /// A direction that fell silent.
@@ -136,8 +123,8 @@ impl CyclicFlows {
         flow: &CyclicFlow,
         findings: &mut FindingList,
     ) {
-        let Some(longest) = flow.gaps.iter().max_by_key(|gap| gap.to.since(gap.from)) else { return };
-        let missing: u64 = flow.gaps.iter().map(|gap| gap.missing).sum();
+        let Some(longest) = flow.gaps.longest() else { return };
+        let missing = flow.gaps.missing();
         let stream = ar.stream(direction);
         // Two senders do not lose frames at the same time; a recorder that does not keep up loses those of all senders.
         let own = (id.0 as usize, direction as usize);
@@ -145,33 +132,22 @@ impl CyclicFlows {
         let each = each.flat_map(|(index, flows)| {
             flows.iter().enumerate().map(move |(direction, flow)| ((index, direction), flow))
         });
-        let others: Vec<&CyclicFlow> = each
+        let others: Vec<&GapList> = each
             .filter(|(place, flow)| *place != own && !flow.gaps.is_empty())
-            .map(|(_, flow)| flow)
+            .map(|(_, flow)| &flow.gaps)
             .take(MOST_COMPARED)
             .collect();
-        let meets = |flow: &&CyclicFlow, gap: &FlowGap| flow.gaps.iter().any(|of| of.from < gap.to && gap.from < of.to);
-        let elsewhere = |gap: &&FlowGap| others.iter().any(|flow| meets(flow, gap));
-        let shared = flow.gaps.iter().filter(elsewhere).count();
-        let by_capture = shared * 2 > flow.gaps.len();
-        let what = format!(
-            "{missing} of {} cyclic frames of {} are missing in {} gaps; the longest gap lasts {} (frame {}, cycle {})",
-            stream.frames + missing,
-            sender(ar, direction),
-            flow.places,
-            span(longest.to.since(longest.from)),
-            longest.frame,
-            span(stream.cycle),
-        );
-        let finding = if by_capture {
+        let (frame, cycle) = (longest.to.frame, format!(", cycle {}", span(stream.cycle)));
+        let what = flow.gaps.text(longest, (missing, stream.frames), &sender(ar, direction), &cycle);
+        let finding = if let Some(shared) = flow.gaps.lost_by_capture(others.iter().copied()) {
             let text = format!(
                 "{what}; {shared} of these gaps coincide with gaps of other streams: the capture lost the frames"
             );
-            CAPTURE_GAP.finding(FindingSeverity::Info, CaptureBlame::Capture, longest.frame, text)
+            CAPTURE_GAP.finding(FindingSeverity::Info, CaptureBlame::Capture, frame, text)
         } else {
             let severity = if missing > 2 { FindingSeverity::Warning } else { FindingSeverity::Info };
             let whether = "no other stream has a gap then, so the frames were lost on the network or by a mirror port";
-            CYCLE_LOST.finding(severity, CaptureBlame::Network, longest.frame, format!("{what}; {whether}"))
+            CYCLE_LOST.finding(severity, CaptureBlame::Network, frame, format!("{what}; {whether}"))
         };
         findings.add(finding.ar(id));
     }
@@ -186,12 +162,7 @@ impl CyclicFlow {
         if lasted < cycle * 2 - cycle / 2 && !lasted.is_zero() {
             self.jumps = (self.jumps.0 + 1, if self.jumps.0 == 0 { now.frame } else { self.jumps.1 });
         }
-        self.places += 1;
-        let longest = self.gaps.iter().all(|gap| gap.to.since(gap.from) < lasted) && self.gaps.len() < MOST_GAPS;
-        if self.gaps.len() < MOST_GAPS {
-            self.gaps.push(FlowGap { from: before.time, to: now.time, frame: now.frame, missing });
-        }
-        longest
+        self.gaps.add(FrameGap { from: before, to: now, missing })
     }
 }
 
@@ -207,7 +178,7 @@ fn counter(ar: &ObservedAr, id: ArId, direction: FrameDirection, flow: &CyclicFl
         let text = format!("the cycle counter of {who} stands still in {} of {frames} frames", flow.still.0);
         findings.add(CYCLE_COUNTER.finding(FindingSeverity::Warning, blame, flow.still.1, text).ar(id));
     }
-    if flow.jumps.0 >= OFTEN && flow.jumps.0 * 2 > flow.places && flow.jumps.0 * 2 > frames {
+    if flow.jumps.0 >= OFTEN && flow.jumps.0 * 2 > flow.gaps.count() && flow.jumps.0 * 2 > frames {
         let text = format!(
             "the cycle counter of {who} advances by more than one cycle in {} of {frames} frames, although they are sent in time",
             flow.jumps.0

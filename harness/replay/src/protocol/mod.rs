@@ -12,6 +12,7 @@ mod calls;
 mod coverage;
 mod cyclic;
 mod diagnosis;
+mod gaps;
 mod slaves;
 mod start;
 mod stations;

@@ -7,6 +7,7 @@ mod report;
 mod status_place;
 
 use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
+use super::gaps::{FrameGap, GapList};
 use crate::report::StreamCoverage;
 use judge::observe::{Observation, ObservedAr, Traffic};
 use rustc_hash::FxHashMap;
@@ -20,8 +21,6 @@ use wire::profinet::rt::DataStatus;
 const MOST_STREAMS: usize = 1_024;
 /// The longest watchdog of PROFINET (IEC 61158-6-10): the one agreed in the Connect is not known.
 const WATCHDOG: Duration = Duration::from_millis(1_920);
-/// Upper limit of the gaps of a stream whose times are remembered.
-const MOST_GAPS: usize = 256;
 
 /// Source, destination and FrameID.
 type StreamName = (Mac, Mac, u16);
@@ -66,19 +65,11 @@ enum Reading {
 struct CounterWatch {
     last: Option<(CapturePosition, u16)>,
     missing: u64,
-    gaps: Vec<CounterGap>,
-    places: u64,
+    gaps: GapList,
     /// Steps that are longer than the time that passed: how many, and the first frame.
     jumps: (u64, u64),
     /// The same for frames with the counter of the one before.
     still: (u64, u64),
-}
-
-/// A position in a stream where frames are missing.
-#[derive(Clone, Copy, Debug)]
-struct CounterGap {
-    from: CapturePosition,
-    to: CapturePosition,
 }
 
 /// A bad status over time.
@@ -267,11 +258,9 @@ impl CounterWatch {
             self.jumps = frame_of(self.jumps);
             return false;
         }
-        self.missing += u64::from(advanced / step - 1);
-        self.places += 1;
-        if self.gaps.len() < MOST_GAPS {
-            self.gaps.push(CounterGap { from: before, to: now });
-        }
+        let missing = u64::from(advanced / step - 1);
+        self.missing += missing;
+        self.gaps.add(FrameGap { from: before, to: now, missing });
         true
     }
 }

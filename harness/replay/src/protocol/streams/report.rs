@@ -1,11 +1,12 @@
 //! The findings on streams without a Connect, and what of them was judged.
 
 use super::super::coverage::{CaptureCoverage, FindingList};
+use super::super::gaps::OFTEN;
 use super::super::table::{
     CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ProtocolCheck, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP,
 };
 use super::super::text::{party, span};
-use super::{CounterGap, Reading, StreamStatus, WATCHDOG, WatchedStream};
+use super::{Reading, StreamStatus, WATCHDOG, WatchedStream};
 use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
 use crate::report::StreamCoverage;
 use judge::observe::{Address, ObservedAr, Party};
@@ -14,8 +15,6 @@ use wire::ethernet::Mac;
 
 /// What lasts longer than so many watchdogs in a running machine is an error.
 const WATCHDOGS: u32 = 3;
-/// A counter that is wrong this often is wrong on purpose.
-const OFTEN: u64 = 3;
 
 /// Who sends a stream, and whom a finding on it blames.
 struct StreamSender {
@@ -153,21 +152,10 @@ fn counter(stream: &WatchedStream, who: &StreamSender, findings: &mut FindingLis
 /// Reports missing frames; gaps of several senders at the same time are gaps of the capture.
 fn lost(stream: &WatchedStream, all: &[WatchedStream], who: &StreamSender, findings: &mut FindingList) {
     let counter = &stream.counter;
-    let length = |gap: &&CounterGap| gap.to.time.since(gap.from.time);
-    let Some(longest) = counter.gaps.iter().max_by_key(length) else { return };
-    let meets = |gap: &CounterGap, of: &CounterGap| of.from.time < gap.to.time && gap.from.time < of.to.time;
-    let others = || all.iter().filter(|other| other.name.0 != stream.name.0).flat_map(|other| &other.counter.gaps);
-    let shared = counter.gaps.iter().filter(|gap| others().any(|of| meets(gap, of))).count();
-    let what = format!(
-        "{} of {} cyclic frames of {} are missing in {} gaps; the longest gap lasts {} (frame {})",
-        counter.missing,
-        stream.frames + counter.missing,
-        who.text,
-        counter.places,
-        span(length(&longest)),
-        longest.to.frame,
-    );
-    let (check, severity, blame, text) = if shared * 2 > counter.gaps.len() {
+    let Some(longest) = counter.gaps.longest() else { return };
+    let others = all.iter().filter(|other| other.name.0 != stream.name.0).map(|other| &other.counter.gaps);
+    let what = counter.gaps.text(longest, (counter.missing, stream.frames), &who.text, "");
+    let (check, severity, blame, text) = if let Some(shared) = counter.gaps.lost_by_capture(others) {
         let text =
             format!("{what}; {shared} of these gaps coincide with gaps of other senders: the capture lost the frames");
         (CAPTURE_GAP, FindingSeverity::Info, CaptureBlame::Capture, text)
