@@ -31,7 +31,7 @@ device: {manual}/{variant}
 link: {link}
 gsd: {gsd}
 stand: {{ control: {control}, shaft: [position(±0), speed(±0)] }}
-consent: {{ set_address: true, lock_address: true, set_name: true, nvm_write: 10000, position_reference: true, factory_reset: true, overstress: true, alone: true }}
+consent: {{ set_address: true, lock_address: true, set_name: true, im_records: true, nvm_write: 10000, position_reference: true, factory_reset: true, overstress: true, alone: true }}
 """
 # The web pages of a reference device are where device.yaml says.
 PAGES = {"lika-xac77-profinet": "pages: { home: {}, information: {}, parameters: {}, position: {}, preset: {}, upgrade: {} }"}
