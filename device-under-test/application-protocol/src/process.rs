@@ -157,15 +157,17 @@ impl std::fmt::Debug for ProgramProcess {
     }
 }
 
+/// The next line with its line feed, or the next part of one that is too long; `None` at the end.
+fn next_line(reader: &mut impl BufRead) -> Option<Vec<u8>> {
+    let mut line = Vec::new();
+    let read = reader.take(LONGEST_LINE).read_until(b'\n', &mut line);
+    read.is_ok_and(|count| count > 0).then_some(line)
+}
+
 /// Gives each line of `stdout`; an error says why a line is not text.
 fn read_lines(stdout: impl Read, give: &SyncSender<Result<String, String>>) {
     let mut reader = BufReader::new(stdout);
-    loop {
-        let mut line = Vec::new();
-        match reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line) {
-            Ok(0) | Err(_) => return,
-            Ok(_) => {}
-        }
+    while let Some(mut line) = next_line(&mut reader) {
         let line = match line.pop() {
             Some(b'\n') => String::from_utf8(line).map_err(|_| "it is not UTF-8".to_owned()),
             last => {
@@ -184,12 +186,7 @@ fn read_lines(stdout: impl Read, give: &SyncSender<Result<String, String>>) {
 /// Keeps the last lines of `stderr`.
 fn keep_last_lines(stderr: impl Read, kept: &Mutex<VecDeque<String>>) {
     let mut reader = BufReader::new(stderr);
-    loop {
-        let mut line = Vec::new();
-        match reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line) {
-            Ok(0) | Err(_) => return,
-            Ok(_) => {}
-        }
+    while let Some(line) = next_line(&mut reader) {
         let text = shown(String::from_utf8_lossy(&line).trim_end());
         let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.len() == KEPT_LINES {

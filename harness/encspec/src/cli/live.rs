@@ -4,7 +4,7 @@ use super::{CommandError, Suites, print_message};
 use ::live::application::{ApplicationOnBench, PreparedApplication};
 use ::live::device::{ComparedDevice, DeviceOnBench};
 use description::gsd::{self, DescribedSlave};
-use description::gsdml::{self, Gsdml};
+use description::gsdml::{self, Gsdml, ReportedIdentity};
 use description::variant::{profibus_readings, profinet_readings};
 use engine::{DpLine, DutKind, DutSpec, LiveDevice, SharedLiveDevice};
 use expression::Value;
@@ -20,7 +20,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
-use suite::device::Origin;
+use suite::device::{DeviceDescription, Origin};
 use suite::model::Manual;
 use suite::persona::Persona;
 use suite_yaml::{ANY_DP_ENCODER, BenchTimes, load};
@@ -170,21 +170,38 @@ fn prepare_application(
     let device =
         Arc::get_mut(&mut manual.device).ok_or_else(|| CommandError::bench("the suite is in use elsewhere"))?;
     let (compared, notes) = match device.profibus() {
-        None => {
-            let reported = Some(&prepared.reported);
-            let variant_readings = profinet_readings(device, gsdml.as_ref(), reported);
-            let overlay = gsdml::overlay(device, variant, gsdml.as_ref(), reported, &start_parameters);
-            let findings = gsdml::compare(device, variant, gsdml.as_ref(), reported);
-            (ComparedDevice { findings, variant_readings }, [overlay.taken, overlay.missing].concat())
-        }
-        Some(_) => {
-            let variant_readings = profibus_readings(device, gsd.as_ref());
-            let overlay = gsd::overlay(device, gsd.as_ref(), &start_parameters);
-            let findings = gsd.iter().flat_map(|known| gsd::compare(device, variant, known)).collect();
-            (ComparedDevice { findings, variant_readings }, [overlay.taken, overlay.missing].concat())
-        }
+        None => compared_by_gsdml(device, variant, gsdml.as_ref(), &prepared.reported, &start_parameters),
+        Some(_) => compared_by_gsd(device, variant, gsd.as_ref(), &start_parameters),
     };
     Ok(ApplicationOnBench::new(prepared, manual, compared, notes, persona))
+}
+
+/// Fills in what a GSDML and the device say, and compares them with the manual; also returns what was taken and what is missing.
+fn compared_by_gsdml(
+    device: &mut DeviceDescription,
+    variant: usize,
+    gsdml: Option<&Gsdml>,
+    reported: &ReportedIdentity,
+    start_parameters: &[(String, String)],
+) -> (ComparedDevice, Vec<String>) {
+    let reported = Some(reported);
+    let variant_readings = profinet_readings(device, gsdml, reported);
+    let overlay = gsdml::overlay(device, variant, gsdml, reported, start_parameters);
+    let findings = gsdml::compare(device, variant, gsdml, reported);
+    (ComparedDevice { findings, variant_readings }, [overlay.taken, overlay.missing].concat())
+}
+
+/// The same with the GSD of a slave.
+fn compared_by_gsd(
+    device: &mut DeviceDescription,
+    variant: usize,
+    gsd: Option<&gsd::Gsd>,
+    start_parameters: &[(String, String)],
+) -> (ComparedDevice, Vec<String>) {
+    let variant_readings = profibus_readings(device, gsd);
+    let overlay = gsd::overlay(device, gsd, start_parameters);
+    let findings = gsd.iter().flat_map(|known| gsd::compare(device, variant, known)).collect();
+    (ComparedDevice { findings, variant_readings }, [overlay.taken, overlay.missing].concat())
 }
 
 /// Prepares a PROFINET device.
@@ -217,12 +234,9 @@ fn prepare_profinet_device(
     let mut prepared = prepared.map_err(|why| CommandError::bench(why.to_string()))?;
     bench.stand.offers = offers;
     prepared.notes.extend(scheduling.granted.into_iter().chain(scheduling.refused));
-    let variant_readings = profinet_readings(device, description.as_ref(), Some(&prepared.reported));
-    let overlay =
-        gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.reported), &bench.start_parameters);
-    prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
-    let findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.reported));
-    let compared = ComparedDevice { findings, variant_readings };
+    let (compared, notes) =
+        compared_by_gsdml(device, variant, description.as_ref(), &prepared.reported, &bench.start_parameters);
+    prepared.notes.extend(notes);
     Ok(DeviceOnBench::new(bench, manual, prepared, long, compared, persona))
 }
 
@@ -251,11 +265,8 @@ fn prepare_profibus_slave(
     let mut prepared = prepared.map_err(|why| CommandError::bench(why.to_string()))?;
     bench.stand.offers = offers;
     prepared.notes.extend(scheduling.granted.into_iter().chain(scheduling.refused));
-    let variant_readings = profibus_readings(device, description.as_ref());
-    let overlay = gsd::overlay(device, description.as_ref(), &bench.start_parameters);
-    prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
-    let findings = description.iter().flat_map(|known| gsd::compare(device, variant, known)).collect();
-    let compared = ComparedDevice { findings, variant_readings };
+    let (compared, notes) = compared_by_gsd(device, variant, description.as_ref(), &bench.start_parameters);
+    prepared.notes.extend(notes);
     Ok(DeviceOnBench::on_bus(bench, manual, prepared, long, compared))
 }
 
