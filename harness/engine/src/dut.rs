@@ -9,6 +9,7 @@ use station::{Duration, Outbox, Stand, Station, Time};
 use std::fmt;
 use std::net::Ipv4Addr;
 use std::str::FromStr;
+use virtual_wire::hostile::{HOSTILE_DEVICES, HostileDevice, SpoiltDevice};
 use virtual_wire::null::{Babbler, BusBabbler, BusReflector, DiesAfter, Reflector, Silent};
 use wire::ethernet::Mac;
 use wire::profibus::fdl::BitTimes;
@@ -46,11 +47,19 @@ pub enum NullPeer {
     WrongIdentity,
     /// A conforming device that falls silent after this many frames.
     DiesAfter(usize),
+    /// A conforming device whose frames are spoilt in one way.
+    Hostile(&'static HostileDevice),
 }
 
 impl NullPeer {
-    /// The words of `--dut null:WORD`.
+    /// The words of `--dut null:WORD`, without those of [`HOSTILE_DEVICES`].
     pub const WORDS: [&'static str; 6] = ["absent", "silent", "reflector", "babbler", "wrong-identity", "dies-after-N"];
+
+    /// All words of `--dut null:WORD`.
+    fn words() -> String {
+        let hostile = HOSTILE_DEVICES.iter().map(|device| device.name);
+        NullPeer::WORDS.into_iter().chain(hostile).collect::<Vec<_>>().join(", ")
+    }
 }
 
 impl FromStr for NullPeer {
@@ -65,7 +74,10 @@ impl FromStr for NullPeer {
             "wrong-identity" => NullPeer::WrongIdentity,
             word => match word.strip_prefix("dies-after-").map(str::parse) {
                 Some(Ok(frames)) => NullPeer::DiesAfter(frames),
-                _ => return Err(format!("unknown null:{word}; known are {}", NullPeer::WORDS.join(", "))),
+                _ => match HOSTILE_DEVICES.iter().find(|device| device.name == word) {
+                    Some(device) => NullPeer::Hostile(device),
+                    None => return Err(format!("unknown null:{word}; known are {}", NullPeer::words())),
+                },
             },
         })
     }
@@ -80,6 +92,7 @@ impl fmt::Display for NullPeer {
             NullPeer::Babbler => f.write_str("babbler"),
             NullPeer::WrongIdentity => f.write_str("wrong-identity"),
             NullPeer::DiesAfter(frames) => write!(f, "dies-after-{frames}"),
+            NullPeer::Hostile(device) => f.write_str(device.name),
         }
     }
 }
@@ -224,6 +237,11 @@ impl DutSpec {
                 on.put(PeerWithoutStand(RewritingDevice::new(device, rewrite), NoStand))
             }
             DutKind::Null(NullPeer::DiesAfter(frames)) => on.put(DyingDevice(DiesAfter::new(model(&[])?, *frames))),
+            DutKind::Null(NullPeer::Hostile(how)) if how.is_of_profibus != is_slave => {
+                let bus = if how.is_of_profibus { "PROFIBUS" } else { "PROFINET" };
+                return Err(format!("null:{} is a device on {bus}", how.name));
+            }
+            DutKind::Null(NullPeer::Hostile(how)) => on.put(HostileOnStand(SpoiltDevice::new(model(&[])?, how))),
         })
     }
 }
@@ -271,6 +289,19 @@ fn shaft(id: &str) -> u64 {
 struct DyingDevice<'a>(DiesAfter<ModelOnStand<'a>>);
 
 impl DeviceOnStand for DyingDevice<'_> {
+    fn station(&mut self) -> &mut dyn Station {
+        &mut self.0
+    }
+
+    fn stand(&mut self) -> &mut dyn Stand {
+        self.0.station_mut()
+    }
+}
+
+/// A reference device whose frames are spoilt; its stand is not.
+struct HostileOnStand<'a>(SpoiltDevice<ModelOnStand<'a>>);
+
+impl DeviceOnStand for HostileOnStand<'_> {
     fn station(&mut self) -> &mut dyn Station {
         &mut self.0
     }

@@ -300,6 +300,11 @@ impl<'a> TrialWorld<'a> {
         }
     }
 
+    /// The connections that were observed.
+    pub fn ars(&self) -> &[ObservedAr] {
+        self.tracker.as_ref().map_or(&[], BusTracker::ars)
+    }
+
     /// Processes the next event, not later than `until`; returns false if there is none until then.
     pub fn step(&mut self, until: Time) -> bool {
         let TrialWorld { segment, stations: ours, trace, comment, .. } = self;

@@ -27,6 +27,7 @@ pub mod realtime;
 pub mod serial;
 mod serial_bus;
 mod socket;
+mod stream_frames;
 mod sys;
 mod wire;
 
@@ -44,4 +45,5 @@ pub use serial::{Serial, SerialSettings};
 pub use serial_bus::{BusTransmission, Framing, LinePiece, SerialBus};
 pub use socket::FrameSocket;
 pub use station::Parity;
+pub use stream_frames::{BadFrameLength, StreamFrames};
 pub use wire::{LocalStation, Wire, WireStep};

@@ -9,14 +9,11 @@ use std::time::Instant;
 
 use crate::interfaces::escaped;
 use crate::lines::listen_at;
+use crate::stream_frames::StreamFrames;
 use crate::sys::{PollEvent, pause, set_option, wait};
 use crate::{Clock, LinkError, Port, SocketAddress};
 use station::{Duration, Time};
 
-/// The size of the length field in front of each frame, in bytes; big-endian.
-const HEAD: usize = 4;
-/// The longest frame that QEMU sends (its `NET_BUFSIZE`), in bytes.
-const LONGEST_FRAME: usize = 4096 + 65536;
 /// The size of the read buffer, in bytes.
 const SCRATCH: usize = 1 << 16;
 /// The size of the send queue for a slow peer, in bytes; further frames are dropped.
@@ -49,9 +46,7 @@ pub struct FrameSocket {
     stream: Option<SocketStream>,
     /// The read buffer.
     scratch: Box<[u8]>,
-    input: Vec<u8>,
-    /// How many bytes of `input` have been returned as frames.
-    taken: usize,
+    input: StreamFrames,
     read_at: Instant,
     output: Vec<u8>,
     /// How many bytes of `output` have been sent.
@@ -82,8 +77,7 @@ impl FrameSocket {
             listener,
             stream: None,
             scratch: vec![0; SCRATCH].into_boxed_slice(),
-            input: Vec::new(),
-            taken: 0,
+            input: StreamFrames::default(),
             read_at: Instant::now(),
             output: Vec::new(),
             written: 0,
@@ -115,40 +109,19 @@ impl FrameSocket {
     fn adopt(&mut self, stream: SocketStream) {
         self.stream = Some(stream);
         self.input.clear();
-        self.taken = 0;
         self.output.clear();
         self.written = 0;
         self.blocked_since = None;
     }
 
-    /// Moves the next complete frame of the input to `into`; returns false if there is none.
-    fn next_frame(&mut self, into: &mut Vec<u8>) -> Result<bool, LinkError> {
-        loop {
-            let Some((head, rest)) = self.input[self.taken..].split_first_chunk::<HEAD>() else { return Ok(false) };
-            let length = u32::from_be_bytes(*head) as usize;
-            if length > LONGEST_FRAME {
-                return Err(self.gone(&format!("it sent an invalid frame length, {length} bytes")));
-            }
-            let Some(frame) = rest.get(..length) else { return Ok(false) };
-            self.taken += HEAD + length;
-            if length > 0 {
-                into.clear();
-                into.extend_from_slice(frame);
-                return Ok(true);
-            }
-        }
-    }
-
     /// Reads the data that has arrived; returns false if there is none.
     fn fill(&mut self) -> Result<bool, LinkError> {
         let Some(stream) = &mut self.stream else { return Err(self.gone("no peer is connected")) };
-        self.input.drain(..self.taken);
-        self.taken = 0;
         match stream.read(&mut self.scratch) {
-            Ok(0) if !self.input.is_empty() => Err(self.gone("it closed the connection in the middle of a frame")),
+            Ok(0) if self.input.is_in_frame() => Err(self.gone("it closed the connection in the middle of a frame")),
             Ok(0) => Err(self.gone("it closed the connection")),
             Ok(count) => {
-                self.input.extend_from_slice(&self.scratch[..count]);
+                self.input.push(&self.scratch[..count]);
                 self.read_at = Instant::now();
                 Ok(true)
             }
@@ -206,8 +179,10 @@ impl Port for FrameSocket {
 
     fn receive(&mut self, clock: &Clock, until: Time, into: &mut Vec<u8>) -> Result<Option<Time>, LinkError> {
         loop {
-            if self.next_frame(into)? {
-                return Ok(Some(clock.at(self.read_at)));
+            match self.input.next(into) {
+                Ok(true) => return Ok(Some(clock.at(self.read_at))),
+                Ok(false) => {}
+                Err(why) => return Err(self.gone(&why.to_string())),
             }
             self.flush()?;
             if self.fill()? {

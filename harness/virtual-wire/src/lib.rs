@@ -12,6 +12,7 @@ mod burst_role;
 mod bus;
 pub mod capture;
 pub mod damage;
+pub mod hostile;
 mod min_tsdr;
 pub mod null;
 pub mod record;

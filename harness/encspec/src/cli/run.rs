@@ -32,7 +32,8 @@ pub struct RunArgs {
     /// Device under test [default: every reference device]; may be repeated. One of: model:MANUAL[/VARIANT], a reference device;
     /// FILE.yaml, the bench file of a live device; nic:INTERFACE, socket:ADDRESS or serial:TTY, a live device without a bench file;
     /// app:COMMAND, a program that is the application of a device and has no network (docs/application-protocol.md);
-    /// null:KIND, a device that must fail (absent, silent, reflector, babbler, wrong-identity, dies-after-N)
+    /// null:KIND, a device that must fail (absent, silent, reflector, babbler, wrong-identity, dies-after-N, or a hostile one, whose
+    /// names `null:?` lists)
     #[arg(long, value_name = "DUT")]
     dut: Vec<String>,
     /// Manual and variant that the device under test claims to be, where --dut does not name them

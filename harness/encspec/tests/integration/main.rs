@@ -25,6 +25,7 @@ mod dp_encoder;
 mod filters;
 mod gsd;
 mod gsdml;
+mod hostile_devices;
 mod interop_captures;
 mod listings;
 mod live_stand;

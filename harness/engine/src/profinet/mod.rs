@@ -6,6 +6,7 @@
 //! Windows, rules and the stand are common to all buses; this module must not know them.
 
 mod connection;
+mod misconduct;
 mod persona;
 mod presence;
 mod probe;
@@ -77,6 +78,10 @@ impl BusDriver for ProfinetDriver {
 
     fn is_from_device(&self, run: &RunningTrial<'_>, frame: &[u8]) -> bool {
         frame.get(6..12) == Some(&run.mac.0)
+    }
+
+    fn misconduct(&self, run: &RunningTrial<'_>) -> Option<String> {
+        misconduct::misconduct(run)
     }
 
     fn connect<'a>(

@@ -43,6 +43,11 @@ pub trait BusDriver {
         None
     }
 
+    /// What the device sent that it must not send whatever a step asks, if it did.
+    fn misconduct(&self, _: &RunningTrial<'_>) -> Option<String> {
+        None
+    }
+
     /// Establishes a connection and judges `answer`.
     fn connect<'a>(
         &self,

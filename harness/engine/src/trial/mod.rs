@@ -434,13 +434,13 @@ impl<'a> RunningTrial<'a> {
                 Some((why, frame)) => {
                     StepError::device(format!("A frame cannot be read: {why}."), Vec::new()).at(frame)
                 }
-                None => misfit(&self.driver.misfit(self)?),
+                None => self.trouble_of_answers()?,
             };
             let failure = failure::failure(self, None, trouble, &[]);
             return Some(self.excuse_disturbed((Verdict::Fail, failure)));
         }
-        if let Some(why) = self.driver.misfit(self) {
-            return Some((Verdict::Fail, failure::failure(self, None, misfit(&why), &[])));
+        if let Some(trouble) = self.trouble_of_answers() {
+            return Some((Verdict::Fail, failure::failure(self, None, trouble, &[])));
         }
         if let Some(what) = self.world.segment.out_of_turn().into_iter().next() {
             let trouble = StepError::device(format!("The device sent out of turn: {what}."), Vec::new());
@@ -453,6 +453,14 @@ impl<'a> RunningTrial<'a> {
         };
         let failure = failure::failure(self, None, StepError::device(what, Vec::new()).at(frame), &[]);
         Some((Verdict::Fail, failure))
+    }
+
+    /// What is wrong with frames of the device that no step judges.
+    fn trouble_of_answers(&self) -> Option<BoxedStepError> {
+        let misfit =
+            self.driver.misfit(self).map(|why| format!("An answer does not fit the request before it: {why}."));
+        let wrong = || self.driver.misconduct(self).map(|why| format!("The device sends what it must not: {why}."));
+        Some(StepError::device(misfit.or_else(wrong)?, Vec::new()))
     }
 
     /// Runs the steps in order; the first that fails ends them, except for checks with their own requirements.
@@ -606,11 +614,6 @@ impl<'a> RunningTrial<'a> {
         self.world.lost = None;
         Some(StepError::device(failure::lost(&lost), Vec::new()).at(lost.tick.frame))
     }
-}
-
-/// The trouble with an answer that does not fit its request.
-fn misfit(why: &str) -> BoxedStepError {
-    StepError::device(format!("An answer does not fit the request before it: {why}."), Vec::new())
 }
 
 /// Whether a failed check shows which of its names were right.

@@ -200,6 +200,10 @@ pub struct CyclicStream {
     pub frames: u64,
     /// Number of missing frames, from the cycle counter.
     pub lost: u64,
+    /// Number of frames that came twice.
+    pub repeated: u64,
+    /// Number of frames that came behind one that was sent later.
+    pub out_of_order: u64,
     /// The longest time between two frames, in nanoseconds.
     pub max_gap_ns: u64,
     /// Time of the last frame.

@@ -468,10 +468,13 @@ impl CyclicStream {
                 let steps = u64::from(counter.wrapping_sub(before));
                 let backwards = steps > 0xF000;
                 if (steps == 0 || backwards) && gap < route.window {
+                    self.repeated += u64::from(steps == 0);
+                    self.out_of_order += u64::from(backwards);
                     return CounterOrder::Repeated;
                 }
                 let lost = lost(route.step.into(), steps, gap);
                 self.lost += lost;
+                self.out_of_order += u64::from(backwards && lost == 0);
                 taken = match (lost, backwards) {
                     (0, true) => CounterOrder::OutOfOrder,
                     (0, false) => CounterOrder::Next,

@@ -1,0 +1,57 @@
+//! What the fuzz targets share: captures made of fuzzed frames, and a device whose wire a fuzzer disturbs.
+
+use std::sync::LazyLock;
+use suite::model::Manual;
+use virtual_wire::PcapngWriter;
+use virtual_wire::capture::LinkType;
+
+mod disturbed;
+
+pub use disturbed::{exchange, trials};
+
+/// The manual whose rules judge fuzzed captures on PROFINET.
+pub const PROFINET: &str = "lika-xac77-profinet";
+/// The manual whose rules judge fuzzed captures on PROFIBUS.
+pub const PROFIBUS: &str = "datalogic-amt58-profibus";
+
+/// The two manuals.
+pub static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| {
+    suite_yaml::load_some(&suites::sources(), &[PROFINET, PROFIBUS]).unwrap_or_else(|errors| panic!("{errors}"))
+});
+
+/// Fuzzed bytes as frames: before each stand two bytes of length, then two of the time since the frame before, in steps of 16 µs.
+pub fn frames(data: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
+    let (mut rest, mut time) = (data, 0);
+    std::iter::from_fn(move || {
+        let (&[length, longer, short, long], behind) = rest.split_first_chunk()?;
+        let length = usize::from(u16::from_le_bytes([length, longer]) % 1600).min(behind.len());
+        let (frame, behind) = behind.split_at(length);
+        time += u64::from(u16::from_le_bytes([short, long])) * 16_000;
+        rest = behind;
+        Some((time, frame))
+    })
+}
+
+/// A capture of fuzzed frames.
+pub fn capture(data: &[u8], link: LinkType) -> Vec<u8> {
+    let write = || -> std::io::Result<Vec<u8>> {
+        let mut writer = PcapngWriter::new(Vec::new(), "fuzz")?;
+        let interface = writer.interface("fuzz", link)?;
+        for (time, frame) in frames(data) {
+            writer.packet(interface, station::Time::from_nanos(time), frame, None)?;
+        }
+        writer.finish()
+    };
+    write().expect("a vector takes everything")
+}
+
+/// Reads and judges a capture, and makes all its texts.
+pub fn replayed(octets: &[u8]) {
+    if let Ok(report) = replay::capture("fuzz", octets, &MANUALS) {
+        let mut annotated = Vec::new();
+        let _ = replay::annotate(&report, octets, &mut annotated);
+        let report = replay::ReplayReport { captures: vec![report] };
+        std::hint::black_box(replay::text(&report));
+        std::hint::black_box(serde_json::to_string(&report).expect("a report is JSON"));
+    }
+}

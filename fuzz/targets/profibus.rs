@@ -1,0 +1,46 @@
+//! Each format of PROFIBUS alone; the first byte says which. What was read is written and read again, and is the same.
+#![no_main]
+
+use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::call::{Call, DpIm0};
+use wire::profibus::cfg::Identifier;
+use wire::profibus::diag::{DiagnosisMessage, SlaveDiag};
+use wire::profibus::dpv1::{Dpv1Pdu, PduDirection};
+use wire::profibus::fdl::FdlFrame;
+use wire::profibus::global_control::GlobalControl;
+use wire::profibus::prm::{Isochronous, PrmBlock, SetPrm};
+
+/// Reads, writes and reads again.
+macro_rules! twice {
+    ($read:expr, $octets:expr) => {
+        if let Ok(first) = $read($octets) {
+            let mut written = Vec::new();
+            first.write(&mut written);
+            let again = $read(&written);
+            assert_eq!(again.as_ref(), Ok(&first), "written as {written:02X?}");
+        }
+    };
+}
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| {
+    let Some((which, octets)) = data.split_first() else { return };
+    match which % 11 {
+        0 => twice!(FdlFrame::parse, octets),
+        1 => twice!(SlaveDiag::parse, octets),
+        2 => twice!(DiagnosisMessage::parse, octets),
+        3 => twice!(SetPrm::parse, octets),
+        4 => drop(PrmBlock::parse_all(octets)),
+        5 => twice!(Isochronous::parse, octets),
+        6 => drop(Identifier::parse_all(octets)),
+        7 => twice!(|octets| Dpv1Pdu::parse(octets, PduDirection::Request), octets),
+        8 => twice!(|octets| Dpv1Pdu::parse(octets, PduDirection::Response), octets),
+        9 => {
+            twice!(Call::parse, octets);
+            twice!(DpIm0::parse, octets);
+        }
+        _ => {
+            twice!(GlobalControl::parse, octets);
+            twice!(SetSlaveAddress::parse, octets);
+        }
+    }
+});

@@ -1,0 +1,71 @@
+//! Hostile devices: whatever they send, a trial ends in bounded time and memory, a run is never green, and what they send is shown
+//! escaped.
+
+use encspec::cli::Suites;
+use encspec::cli::filter::FilterArgs;
+use encspec::cli::run::RunRequest;
+use encspec::report::{self, ConsoleOptions, ExitStatus};
+use encspec::result::RunResult;
+use encspec::suite::device::Bus;
+use encspec::suite::model::Manual;
+use encspec::verdict::Verdict;
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+use testing::DailySample;
+use virtual_wire::hostile::{HOSTILE_DEVICES, HostileDevice};
+
+static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| Suites::default().load().expect("the shipped suites"));
+
+/// The longest that a run of some cases may take, in an unoptimised build on a loaded host.
+const LONGEST_RUN: Duration = Duration::from_secs(120);
+
+/// Cases that touch every kind of frame, on either bus.
+const FILTERS: [&str; 4] = ["identification/", "preset/", "alarms/", "diagnosis/"];
+
+fn run(manual: &Manual, device: &HostileDevice) -> RunResult {
+    let request = RunRequest {
+        duts: vec![format!("null:{}", device.name)],
+        device: Some(manual.device.name.clone()),
+        filter: FilterArgs { filters: FILTERS.map(str::to_owned).to_vec(), ..FilterArgs::default() },
+        ..RunRequest::default()
+    };
+    let ready = request.ready(&MANUALS).map_err(|stop| stop.message).expect("a hostile device");
+    let begun = Instant::now();
+    let result = ready.run(&MANUALS, &|_, _, _| {}).map_err(|stop| stop.message).expect("a virtual bench");
+    assert!(begun.elapsed() < LONGEST_RUN, "{}: the run took {:?}", device.name, begun.elapsed());
+    result
+}
+
+/// The manuals of the bus of a device, another one each day.
+fn manual_of(device: &HostileDevice, index: usize) -> &'static Manual {
+    let bus = if device.is_of_profibus { Bus::Profibus } else { Bus::Profinet };
+    let fitting: Vec<&Manual> = MANUALS.iter().filter(|manual| manual.device.bus.kind() == bus).collect();
+    let day = DailySample::one_of(fitting.len() as u64).part().unwrap_or(0) as usize;
+    fitting[(index + day) % fitting.len()]
+}
+
+#[test]
+fn no_hostile_device_is_green() {
+    for (index, device) in HOSTILE_DEVICES.iter().enumerate() {
+        let manual = manual_of(device, index);
+        let result = run(manual, device);
+        let cases = || result.runs.iter().flat_map(|run| &run.cases);
+        let name = format!("null:{} as {}", device.name, manual.device.name);
+        assert!(cases().count() > 3, "{name}: too few cases");
+        assert_eq!(report::status(&result), ExitStatus::Red, "{name}");
+        let errors: Vec<&str> =
+            cases().filter(|case| case.verdict == Verdict::Error).map(|case| case.id.as_str()).collect();
+        assert_eq!(errors, [""; 0], "{name}: the harness is at fault");
+        let texts = [
+            report::console(&result, ConsoleOptions::default()),
+            report::html(&result, &|_| Default::default()),
+            report::json(&result),
+            report::junit(&result),
+            report::tap(&result),
+        ];
+        for text in texts {
+            assert!(!text.contains('\u{1B}'), "{name}: an escape sequence of the device");
+            assert!(!text.contains("<script>alert"), "{name}: markup of the device");
+        }
+    }
+}
