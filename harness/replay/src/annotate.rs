@@ -31,6 +31,13 @@ pub fn annotate(report: &CaptureReport, input: impl Read, output: impl Write) ->
     for finding in &report.findings {
         // What is about the capture as a whole stands at its first packet.
         comments.entry(finding.frame.max(1)).or_default().push(comment(finding));
+        for of in &finding.consequences {
+            let text = format!(
+                "encspec {}: {}. This follows from {} in packet {}.",
+                of.id, of.text, finding.id, finding.frame
+            );
+            comments.entry(of.frame.max(1)).or_default().push(text);
+        }
     }
     let mut reader = CaptureReader::new(input)?;
     let mut writer = PcapngWriter::new(output, "encspec")?;
@@ -60,6 +67,7 @@ pub fn annotate(report: &CaptureReport, input: impl Read, output: impl Write) ->
 
 fn comment(finding: &CaptureFinding) -> String {
     let CaptureFinding { id, severity, blame, text, .. } = finding;
+    let text = [&[text.clone()][..], &finding.details].concat().join("; ");
     let next = finding.next.as_ref().map_or_else(String::new, |next| format!(" {next}"));
     format!("encspec {id} ({}, blame: {}): {text}.{next}", severity.word(), blame.word())
 }

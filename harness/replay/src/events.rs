@@ -1,6 +1,6 @@
 //! The events of a capture in words: one entry for each, with an upper limit for each kind.
 
-use super::clock::seconds;
+use super::clock::{CaptureClock, wall_clock};
 use super::dcp::StationNames;
 use super::decode::Decoder;
 use super::read::reassembly::LostDatagram;
@@ -31,7 +31,7 @@ pub(super) struct Events<'a> {
     /// How many events of each kind there were, and the last one that is not listed: its frame and time.
     kinds: BTreeMap<EventKind, EventCount>,
     stations: StationNames,
-    first: Option<Time>,
+    clock: CaptureClock,
     now: (u64, Time),
     cut: Option<(usize, u32)>,
 }
@@ -51,7 +51,7 @@ impl<'a> Events<'a> {
 
     /// A frame begins; if the capture kept only a part of it, `cut` has the number of bytes kept and of all bytes.
     pub fn begin(&mut self, number: u64, time: Time, cut: Option<(usize, u32)>) {
-        self.first.get_or_insert(time);
+        self.clock.take(time);
         self.now = (number, time);
         self.cut = cut;
     }
@@ -221,7 +221,7 @@ impl<'a> Events<'a> {
             return;
         }
         let (frame, time) = self.now;
-        self.list.push(CaptureEvent { frame, time: seconds(self.first, time), kind, text });
+        self.list.push(event(&self.clock, (frame, time), kind, text));
     }
 
     /// All events by frame.
@@ -250,14 +250,17 @@ impl<'a> Events<'a> {
             let text = format!("{strays} answers of Data_Exchange belong to no known connection");
             self.add(EventKind::Unassigned, text);
         }
-        let first = self.first;
         for (kind, of) in self.kinds.iter().filter(|(_, of)| of.left_out > 0) {
             let text = format!("{} more events of this kind up to here", of.left_out);
-            self.list.push(CaptureEvent { frame: of.last.0, time: seconds(first, of.last.1), kind: *kind, text });
+            self.list.push(event(&self.clock, of.last, *kind, text));
         }
         self.list.sort_by_key(|event| event.frame);
         self.list
     }
+}
+
+fn event(clock: &CaptureClock, (frame, time): (u64, Time), kind: EventKind, text: String) -> CaptureEvent {
+    CaptureEvent { frame, time: clock.seconds(time), wall_clock: wall_clock(time), kind, text }
 }
 
 /// The link types that are often captured by mistake.

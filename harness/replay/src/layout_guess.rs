@@ -7,7 +7,7 @@
 use super::finding::{CaptureFinding, FindingSeverity};
 use judge::observe::{AdoptedConnection, ArId, Observation, SubmodulePlacement, Tracker, Traffic};
 use rustc_hash::FxHashMap;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use suite::device::{DeviceDescription, DeviceModule, DeviceSubmodule};
 use suite::model::Manual;
 use wire::ethernet::Mac;
@@ -19,6 +19,9 @@ const SAMPLES: usize = 16;
 const ONE_SIDED: u32 = 256;
 /// Upper limit of the pairs of stations that are sampled.
 const MOST_PAIRS: usize = 64;
+
+/// A station with its vendor ID and device ID.
+pub(super) type StationIdentity = (Mac, (u16, u16));
 
 /// The guessed layout of a connection without Connect.
 #[derive(Clone, Debug)]
@@ -35,6 +38,8 @@ pub(super) struct LayoutGuesser<'a> {
     guesses: BTreeMap<ArId, GuessedLayout>,
     /// A pair with enough samples.
     ripe: Option<(Mac, Mac)>,
+    /// Pairs that had enough samples before the capture identified one of them.
+    unidentified: BTreeSet<(Mac, Mac)>,
 }
 
 /// The cyclic frames between two stations, the lower address first.
@@ -65,7 +70,13 @@ struct Arrangement<'a> {
 
 impl<'a> LayoutGuesser<'a> {
     pub fn new(manuals: &'a [Manual]) -> LayoutGuesser<'a> {
-        LayoutGuesser { manuals, pairs: FxHashMap::default(), guesses: BTreeMap::new(), ripe: None }
+        LayoutGuesser {
+            manuals,
+            pairs: FxHashMap::default(),
+            guesses: BTreeMap::new(),
+            ripe: None,
+            unidentified: BTreeSet::new(),
+        }
     }
 
     /// Takes in an observation of a tracker: only cyclic frames without a connection count.
@@ -114,6 +125,9 @@ impl<'a> LayoutGuesser<'a> {
         let key = self.ripe.take()?;
         let pair = self.pairs.get_mut(&key)?;
         pair.done = true;
+        if tracker.ids_of(key.0).is_none() && tracker.ids_of(key.1).is_none() {
+            self.unidentified.insert(key);
+        }
         let [low, high] = &pair.ways;
         let mut fits: Vec<(AdoptedConnection, GuessedLayout)> = Vec::new();
         for (device, controller, inputs, outputs) in [(key.0, key.1, low, high), (key.1, key.0, high, low)] {
@@ -156,6 +170,13 @@ impl<'a> LayoutGuesser<'a> {
         };
         let same = fits.iter().all(|(met, _)| met.device == first.device && places(met) == places(first));
         same.then(|| fits.swap_remove(0))
+    }
+
+    /// The stations that a manual knows, and which the capture identifies only after their cyclic frames were sampled.
+    pub fn late(&self, tracker: &Tracker) -> Vec<StationIdentity> {
+        let is_known = |ids: &(u16, u16)| self.manuals.iter().any(|manual| manual.device.ids() == Some(*ids));
+        let stations = self.unidentified.iter().flat_map(|(one, other)| [*one, *other]);
+        stations.filter_map(|mac| Some((mac, tracker.ids_of(mac).filter(is_known)?))).collect()
     }
 
     /// Remembers the guess from which a connection was made.

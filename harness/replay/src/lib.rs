@@ -11,7 +11,9 @@ mod clock;
 mod dcp;
 mod decode;
 mod events;
+mod filter;
 pub mod finding;
+mod grouping;
 mod layout_guess;
 mod missing_values;
 mod page;
@@ -24,6 +26,7 @@ mod walk;
 
 pub use against::{AgainstReport, DifferenceReport, LeftOutReport};
 pub use annotate::{CannotAnnotate, annotate};
+pub use filter::{CaptureTime, ReportFilter};
 pub use finding::{CaptureBlame, CaptureFinding, ContextFrame, FindingContext, FindingSeverity};
 pub use page::{PageCapture, chapter, page};
 pub use protocol::table::{CHECKS, ProtocolCheck};
@@ -31,14 +34,17 @@ pub use read::reassembly::{IpReassembler, LostDatagram, Reassembled};
 pub use read::{CannotReplay, ProgressCallback, ReadProgress, each, files};
 pub use report::{
     AbortReport, CaptureEvent, CaptureReport, ConnectionReport, ControllerReport, DamageReport, DeviceReport,
-    EventKind, ReplayReport, RuleReport, StreamCoverage, StreamReport,
+    EventKind, JudgedReport, NotJudged, RecordingReport, ReplayReport, RuleReport, StreamCoverage, StreamReport,
 };
 pub use rules::{RuleJudge, RuleOutcome, fits_manual, judge_rules};
-pub use text::text;
+pub use text::{TextOptions, text, text_with};
 
+use clock::wall_clock;
 use events::Events;
 use finding::ContextCollector;
+use grouping::{folded, under_their_causes};
 use judge::observe::{ArId, Observation, ObservedAr};
+use layout_guess::StationIdentity;
 use protocol::ProtocolChecks;
 use read::order::OrderedFrame;
 use rules::{CaptureRules, NewViolation};
@@ -54,24 +60,29 @@ use walk::{CaptureVisitor, TrackedCapture, walk};
 ///
 /// `input` cannot be read or is not a capture. Damage after its begin is part of the report.
 pub fn capture(name: &str, input: impl Read, manuals: &[Manual]) -> Result<CaptureReport, NotACapture> {
-    capture_with(name, input, manuals, &mut |_, _| {})
+    capture_with(name, input, manuals, &[], &mut |_, _| {}).map(|(report, _)| report)
 }
 
-/// Like [`capture`]; calls `progress` with the number of frames read after each frame, and at the end once more with `true`.
+/// Like [`capture`]; `identities` are of stations that the capture identifies too late, and such stations are returned. Calls
+/// `progress` with the number of frames read after each frame, and at the end once more with `true`.
 fn capture_with(
     name: &str,
     input: impl Read,
     manuals: &[Manual],
+    identities: &[StationIdentity],
     progress: &mut dyn FnMut(u64, bool),
-) -> Result<CaptureReport, NotACapture> {
+) -> Result<(CaptureReport, Vec<StationIdentity>), NotACapture> {
     let mut replay = Replay {
         events: Events::new(manuals),
         rules: CaptureRules::new(manuals),
         protocol: ProtocolChecks::default(),
         contexts: ContextCollector::default(),
     };
-    let walked = walk(input, manuals, &mut replay, progress)?;
-    Ok(replay.report(name, walked))
+    let walked = walk(input, manuals, identities, &mut replay, progress)?;
+    let late = walked.layouts.late(&walked.tracker);
+    let mut report = replay.report(name, walked);
+    report.identities = identities.to_vec();
+    Ok((report, late))
 }
 
 struct Replay<'a> {
@@ -86,7 +97,7 @@ impl CaptureVisitor for Replay<'_> {
     fn begin(&mut self, bus: Bus, next: &OrderedFrame<'_>) {
         self.contexts.keep(bus, next.number, next.time, next.octets);
         self.events.begin(next.number, next.time, next.cut);
-        self.protocol.begin(bus, next.number, next.time, next.octets);
+        self.protocol.begin(bus, next.number, next.time, next.octets, next.cut.is_some());
     }
 
     #[inline]
@@ -105,6 +116,7 @@ impl CaptureVisitor for Replay<'_> {
         for NewViolation { frame, trigger, ar } in rules.new_violations(bus) {
             around.collect(frame, trigger, ar, ars);
         }
+        protocol.frame_done(ars);
         for frame in protocol.news() {
             around.collect(frame, None, None, ars);
         }
@@ -124,6 +136,7 @@ impl CaptureVisitor for Replay<'_> {
     }
 
     fn other_link(&mut self, next: &OrderedFrame<'_>) {
+        self.contexts.times.take(next.number, next.time);
         self.events.other_link(next.number, next.time, next.link.0);
     }
 }
@@ -149,6 +162,9 @@ impl Replay<'_> {
                 finding.context = context.clone();
                 finding.ar = finding.ar.or(ar.map(|ar| ar.0 as usize));
             }
+            if let Some(time) = self.contexts.times.of(finding.frame) {
+                (finding.time, finding.wall_clock) = (Some(self.contexts.times.clock.seconds(time)), wall_clock(time));
+            }
             layouts.mark(finding);
             // The slaves follow the connections of PROFINET.
             let before = if finding.bus.is_profibus() { connections } else { 0 };
@@ -161,11 +177,16 @@ impl Replay<'_> {
                 ar.layout = Some(format!("guessed: {}", guess.what));
             }
         }
+        let findings = folded(under_their_causes(findings, &ars), &ars);
         CaptureReport {
             file: name.to_owned(),
             frames,
             damage: damage.end(frames),
+            recordings: self.contexts.times.clock.recordings().iter().map(RecordingReport::from).collect(),
+            coverage: JudgedReport::new(ars.len(), frames, &judged),
             judged,
+            hidden_findings: 0,
+            identities: Vec::new(),
             ars,
             events,
             findings,

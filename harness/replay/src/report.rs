@@ -1,9 +1,12 @@
 //! The result of a replay as plain data. Its JSON form is a contract: keys may be added, none is renamed or removed.
 
 use super::against::AgainstReport;
+use super::clock::wall_clock;
 use super::finding::CaptureFinding;
+use super::layout_guess::StationIdentity;
 use judge::observe::{Address, ArStage, CyclicStream, ObservedAr, Party, Role};
 use serde::{Serialize, Serializer};
+use station::Time;
 
 /// The result of all captures of one call.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,8 +24,20 @@ pub struct CaptureReport {
     pub frames: u64,
     /// The damages of the file.
     pub damage: Vec<DamageReport>,
-    /// The cyclic frames that were not judged in full, because their Connect is not in the capture.
+    /// The recordings of which the capture consists; a merged capture has several, with clocks that have nothing in common.
+    pub recordings: Vec<RecordingReport>,
+    /// What was judged.
+    #[serde(rename = "judged")]
+    pub coverage: JudgedReport,
+    /// The cyclic frames that were not judged in full, because their Connect is not in the capture; in JSON they are in `judged`.
+    #[serde(skip)]
     pub judged: Vec<StreamCoverage>,
+    /// The stations whose identity the capture shows too late, for which it was read again.
+    #[serde(skip)]
+    pub(crate) identities: Vec<StationIdentity>,
+    /// The number of findings that a [`ReportFilter`](crate::ReportFilter) has removed.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub hidden_findings: u64,
     /// The connections, in the order of their first frame.
     pub ars: Vec<ConnectionReport>,
     /// The events, by frame.
@@ -34,6 +49,40 @@ pub struct CaptureReport {
     /// The result of a comparison with a device, if requested.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub against: Option<AgainstReport>,
+}
+
+/// A recording: frames of one clock.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RecordingReport {
+    /// The time of its first frame, RFC 3339 in UTC, if the clock of the recorder was set.
+    pub from: Option<String>,
+    /// The time of its last frame.
+    pub to: Option<String>,
+    /// The seconds between both.
+    pub seconds: f64,
+}
+
+/// What of a capture was judged.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct JudgedReport {
+    /// The number of connections that were judged.
+    pub connections: usize,
+    /// The number of frames that were read.
+    pub frames: u64,
+    /// What was not judged in full.
+    pub not_judged: Vec<NotJudged>,
+}
+
+/// Something that was not judged in full.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct NotJudged {
+    /// What it is, for people.
+    pub what: String,
+    /// Why it was not judged.
+    pub why: String,
+    /// The stream, if it is one.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub stream: Option<StreamCoverage>,
 }
 
 /// What was judged of cyclic frames whose Connect is not in the capture.
@@ -49,7 +98,11 @@ pub struct StreamCoverage {
     /// `status`: DataStatus and cycle counter; `nothing`.
     pub judged: &'static str,
     /// Why not more.
+    #[serde(skip)]
     pub why: String,
+    /// What the capture shows of the sender: station name, vendor and device ID, or what it announces by LLDP.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sender: Option<String>,
 }
 
 /// A damage of the file.
@@ -154,8 +207,10 @@ pub struct StreamReport {
 pub struct CaptureEvent {
     /// Its frame.
     pub frame: u64,
-    /// Seconds since the first frame of the capture; negative where the clock stepped back.
+    /// Seconds since the first frame of the same recording; negative where the clock stepped back.
     pub time: f64,
+    /// Its time in the calendar, RFC 3339 in UTC, if the clock of the recorder was set.
+    pub wall_clock: Option<String>,
     pub kind: EventKind,
     /// What happened, for people.
     pub text: String,
@@ -234,6 +289,25 @@ pub struct RuleReport {
     pub note: Option<String>,
 }
 
+impl From<&(Time, Time)> for RecordingReport {
+    fn from((first, last): &(Time, Time)) -> RecordingReport {
+        let seconds = last.since(*first).as_secs_f64();
+        RecordingReport { from: wall_clock(*first), to: wall_clock(*last), seconds }
+    }
+}
+
+impl JudgedReport {
+    pub(super) fn new(connections: usize, frames: u64, streams: &[StreamCoverage]) -> JudgedReport {
+        let of = |stream: &StreamCoverage| {
+            let StreamCoverage { source, destination, frame_id, frames, judged, why, .. } = stream;
+            let part = if *judged == "nothing" { "everything" } else { "the contents" };
+            let what = format!("{part} of {frames} cyclic frames 0x{frame_id:04X} from {source} to {destination}");
+            NotJudged { what, why: why.clone(), stream: Some(stream.clone()) }
+        };
+        JudgedReport { connections, frames, not_judged: streams.iter().map(of).collect() }
+    }
+}
+
 impl From<&ObservedAr> for ConnectionReport {
     fn from(ar: &ObservedAr) -> ConnectionReport {
         ConnectionReport {
@@ -267,6 +341,11 @@ impl From<&ObservedAr> for ConnectionReport {
             rt_out: StreamReport::from(&ar.outputs),
         }
     }
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]

@@ -3,7 +3,7 @@
 //! Judging and showing a capture use the same pass, so that a connection has the same number in both. This module must not know
 //! what is right or wrong.
 
-use super::layout_guess::LayoutGuesser;
+use super::layout_guess::{LayoutGuesser, StationIdentity};
 use super::read::damage::DamageList;
 use super::read::order::{FrameOrder, OrderedFrame};
 use super::read::reassembly::{IpReassembler, LostDatagram, Reassembled};
@@ -52,8 +52,8 @@ pub(super) struct TrackedCapture<'a> {
     pub frames: u64,
 }
 
-/// Reads one capture, pcap or pcapng, packed or not; calls `progress` with the number of frames read after each frame, and at the
-/// end once more with `true`.
+/// Reads one capture, pcap or pcapng, packed or not; `identities` are of stations that the capture identifies too late. Calls
+/// `progress` with the number of frames read after each frame, and at the end once more with `true`.
 ///
 /// # Errors
 ///
@@ -61,6 +61,7 @@ pub(super) struct TrackedCapture<'a> {
 pub(super) fn walk<'a>(
     input: impl Read,
     manuals: &'a [Manual],
+    identities: &[StationIdentity],
     watch: &mut impl CaptureVisitor,
     progress: &mut dyn FnMut(u64, bool),
 ) -> Result<TrackedCapture<'a>, NotACapture> {
@@ -73,6 +74,9 @@ pub(super) fn walk<'a>(
         datagrams: IpReassembler::default(),
         frames: 0,
     };
+    for (mac, ids) in identities {
+        walked.tracker.know(*mac, *ids);
+    }
     let mut line = FrameOrder::default();
     while let Some(item) = reader.next() {
         match item {

@@ -188,9 +188,59 @@ struct ReplayArgs {
     #[arg(long, value_name = "MANUAL[/VARIANT]")]
     device: Option<String>,
     #[command(flatten)]
+    filter: ShownFindings,
+    /// Colours on the terminal: auto leaves them out where the output is no terminal, or NO_COLOR is set
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
+    color: ColourChoice,
+    #[command(flatten)]
     against: against::AgainstArgs,
     #[command(flatten)]
     suites: Suites,
+}
+
+/// What of the report is shown; the exit status counts what is shown.
+#[derive(Clone, Debug, Args)]
+struct ShownFindings {
+    /// Show findings of this severity and above
+    #[arg(long, value_name = "SEVERITY", value_enum)]
+    severity: Option<SeverityChoice>,
+    /// Show the findings, events and connections of one station: its MAC address, station name, IP address or PROFIBUS address
+    #[arg(long, value_name = "STATION")]
+    station: Option<String>,
+    /// Show findings and events from this time on: seconds since the first frame, or a time in UTC (2026-03-01T14:00:00)
+    #[arg(long, value_name = "TIME")]
+    from: Option<::replay::CaptureTime>,
+    /// Show findings and events up to this time
+    #[arg(long, value_name = "TIME")]
+    to: Option<::replay::CaptureTime>,
+}
+
+/// The severity of a finding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SeverityChoice {
+    Error,
+    Warning,
+    Info,
+}
+
+/// When colours are used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum ColourChoice {
+    #[default]
+    Auto,
+    Always,
+    Never,
+}
+
+impl ColourChoice {
+    /// Whether standard output is coloured.
+    fn is_on(self) -> bool {
+        match self {
+            ColourChoice::Auto => run::colours(),
+            ColourChoice::Always => true,
+            ColourChoice::Never => false,
+        }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -3,10 +3,18 @@
 use super::dut::claim;
 use super::progress::CaptureReadProgress;
 use super::run::{open, write};
-use super::{CommandError, CommandResult, DissectArgs, ReplayArgs, ReplayFormat, list, print_message, show};
+use super::{
+    ColourChoice, CommandError, CommandResult, DissectArgs, ReplayArgs, ReplayFormat, SeverityChoice, ShownFindings,
+    list, print_message, show,
+};
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
 use judge::observe::{ProfibusWords, Tracker, describe};
 use plain_text::printable;
-use replay::{self, CaptureReport, FindingSeverity, IpReassembler, Reassembled, ReplayReport};
+use replay::{
+    self, CaptureReport, FindingSeverity, IpReassembler, Reassembled, ReplayReport, ReportFilter, TextOptions,
+    text_with,
+};
 use report::ExitStatus;
 use report::page::html;
 use std::fs::File;
@@ -57,18 +65,25 @@ pub(super) fn replay(args: &ReplayArgs) -> CommandResult {
             }
         }
     }
+    let filter = args.filter.filter();
+    if !filter.is_empty() {
+        report.captures.iter_mut().for_each(|capture| filter.apply(capture));
+    }
+    let on_terminal = TextOptions { colour: args.color.is_on(), local: Some(local_offset), filter: filter.clone() };
+    let in_file = TextOptions { colour: args.color == ColourChoice::Always, ..on_terminal.clone() };
     let differs = args.against.hold(&args.suites, &manuals, &mut report)?;
     if !report.captures.is_empty() {
         for (requested, file) in args.report.iter().zip(files) {
             let text = match requested.format {
                 ReplayFormat::Html => page(&report, &manuals)?,
                 ReplayFormat::Json => list::pretty(&report),
-                ReplayFormat::Text => replay::text(&report),
+                ReplayFormat::Text if requested.file == Path::new("-") => text_with(&report, &on_terminal),
+                ReplayFormat::Text => text_with(&report, &in_file),
             };
             write(&text, &requested.file, file)?;
         }
         if !args.report.iter().any(|requested| requested.file == Path::new("-")) {
-            show(&replay::text(&report));
+            show(&text_with(&report, &on_terminal));
         }
     }
     for capture in &report.captures {
@@ -83,15 +98,33 @@ pub(super) fn replay(args: &ReplayArgs) -> CommandResult {
             bad = true;
         }
     }
+    if let Some(file) = args.annotate.as_ref().filter(|_| !report.captures.is_empty()) {
+        annotate(&report, file)?;
+    }
     if bad {
         return Ok(ExitStatus::Usage);
-    }
-    if let Some(file) = &args.annotate {
-        annotate(&report, file)?;
     }
     let mut findings = report.captures.iter().flat_map(|capture| &capture.findings);
     let has_errors = findings.any(|finding| finding.severity == FindingSeverity::Error);
     Ok(if has_errors || differs { ExitStatus::Red } else { ExitStatus::Green })
+}
+
+impl ShownFindings {
+    fn filter(&self) -> ReportFilter {
+        let ShownFindings { severity, station, from, to } = self.clone();
+        let severity = severity.map(|of| match of {
+            SeverityChoice::Error => FindingSeverity::Error,
+            SeverityChoice::Warning => FindingSeverity::Warning,
+            SeverityChoice::Info => FindingSeverity::Info,
+        });
+        ReportFilter { severity, station, from, to }
+    }
+}
+
+/// The seconds by which local time is ahead of UTC, at a time in seconds since 1970.
+fn local_offset(seconds: u64) -> i64 {
+    let time = i64::try_from(seconds).ok().and_then(|seconds| Timestamp::from_second(seconds).ok());
+    time.map_or(0, |time| TimeZone::system().to_offset(time).seconds().into())
 }
 
 /// Writes the capture again with its findings as comments.

@@ -454,7 +454,7 @@ fn progress_bar() -> ProgressBar {
 }
 
 /// Whether to colour standard output: it is a terminal, `NO_COLOR` is not set and `TERM` is not `dumb`.
-fn colours() -> bool {
+pub(super) fn colours() -> bool {
     let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
     io::stdout().is_terminal() && set("NO_COLOR").is_none() && set("TERM").is_none_or(|term| term != OsStr::new("dumb"))
 }

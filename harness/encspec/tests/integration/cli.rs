@@ -44,6 +44,8 @@ const MODEL: &str = "model:lika-xac77-profinet/xac7718";
 #[case::explain(&["explain", "XAC77-PRE-0011"], "did you mean `XAC77-PRE-001`?")]
 #[case::check(&["check", "nowhere"], "nowhere")]
 #[case::replay(&["replay", "nowhere.pcap"], "nowhere.pcap")]
+#[case::replay_time(&["replay", "a.pcap", "--from", "yesterday"], "write seconds since the first frame")]
+#[case::replay_severity(&["replay", "a.pcap", "--severity", "bad"], "error, warning, info")]
 #[case::replay_variant(&["replay", "a.pcap", "--device", "lika-xac77-profinet/xac7719"], "did you mean `xac7718`?")]
 #[case::dissect(&["dissect", "nowhere.pcap"], "nowhere.pcap")]
 #[case::replay_nothing(&["replay"], "<FILE>")]
@@ -405,4 +407,42 @@ fn errata_and_schema_have_output() {
     assert!(errata.out.contains("XAC77-TLG-001") && errata.out.contains("    open: "), "{}", errata.out);
     let schema = encspec(&folder, &["schema"]);
     serde_json::from_str::<serde_json::Value>(&schema.out).expect("JSON");
+}
+
+/// The capture in the repository, at its device, its controller and another address, and at a time without a finding.
+#[test]
+fn a_replay_shows_what_is_asked_for() {
+    let folder = Folder::new("replay-filter");
+    let capture = testing::workspace().join("captures/profinet-py-and-pnio.pcap");
+    let capture = capture.to_string_lossy();
+    let replay = |arguments: &[&str]| encspec(&folder, &[&["replay", &*capture], arguments].concat());
+    let all = replay(&[]);
+    assert!(all.out.contains("PN-ALARM-DIAGNOSIS") && !all.out.contains('\x1b'), "{}", all.out);
+    assert!(replay(&["--color", "always"]).out.contains("\x1b["));
+    for station in ["encoder-1", "02:00:00:00:01:00", "tp"] {
+        assert!(replay(&["--station", station]).out.contains("PN-ALARM-DIAGNOSIS"), "{station}");
+    }
+    for hides in
+        [&["--station", "02:00:00:00:09:09"][..], &["--severity", "error"], &["--from", "2.5"], &["--to", "0.1"]]
+    {
+        let shown = replay(hides);
+        assert!(
+            !shown.out.contains("PN-ALARM-DIAGNOSIS") && shown.out.contains("not shown"),
+            "{hides:?}: {}",
+            shown.out
+        );
+    }
+}
+
+/// A damaged capture is annotated as far as it can be read.
+#[test]
+fn a_damaged_capture_is_annotated() {
+    let folder = Folder::new("annotate-damaged");
+    let capture = fs::read(testing::workspace().join("captures/profinet-py-and-pnio.pcap")).expect("the capture");
+    folder.write("cut.pcap", &capture[..capture.len() - 7]);
+    let said = encspec(&folder, &["replay", "cut.pcap", "--annotate", "found.pcapng"]);
+    assert_eq!(said.status, Some(2), "{}", said.err);
+    let annotated = fs::read(folder.join("found.pcapng")).expect("the annotated capture");
+    let text = String::from_utf8_lossy(&annotated);
+    assert!(text.contains("encspec PN-ALARM-DIAGNOSIS"), "{} bytes", annotated.len());
 }

@@ -25,14 +25,18 @@ fn report(line: &ConnectionFrames) -> CaptureReport {
     capture("made", &line.capture()[..], &[]).expect("a capture")
 }
 
+/// The findings with this id that follow from no other.
 fn found(line: &ConnectionFrames, id: &str) -> Vec<CaptureFinding> {
     report(line).findings.into_iter().filter(|finding| finding.id == id).collect()
 }
 
+/// The only finding with this id, whether it follows from another one or not.
 #[track_caller]
 fn one(line: &ConnectionFrames, id: &str) -> CaptureFinding {
-    let all = found(line, id);
-    let [finding] = &all[..] else { panic!("one finding {id}: {:#?}", report(line).findings) };
+    let all: Vec<CaptureFinding> =
+        report(line).findings.into_iter().flat_map(|of| of.consequences.clone().into_iter().chain([of])).collect();
+    let found: Vec<&CaptureFinding> = all.iter().filter(|finding| finding.id == id).collect();
+    let [finding] = found[..] else { panic!("one finding {id}: {all:#?}") };
     finding.clone()
 }
 
@@ -123,7 +127,7 @@ fn a_device_that_stops_sending_in_the_start_up_may_have_lost_its_cable() {
     let finding = one(&line, "PN-START-INCOMPLETE");
     assert_eq!(
         (finding.blame, finding.severity),
-        (CaptureBlame::Network, FindingSeverity::Warning),
+        (CaptureBlame::Undecided, FindingSeverity::Warning),
         "{}",
         finding.text
     );
@@ -192,12 +196,14 @@ fn a_refusal_names_the_unreleased_connection() {
 }
 
 #[test]
-fn an_abort_after_a_received_release_is_normal() {
+fn an_abort_after_a_release_that_is_not_in_the_capture_is_undecided() {
     let mut line = ConnectionFrames::new();
     line.start().exchange(20);
     line.abort(true, PnioStatus::abort(AbortReason::RELEASE_RECEIVED));
     let finding = one(&line, "PN-ABORT");
-    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Info, CaptureBlame::Capture), "{}", finding.text);
+    let expected = (FindingSeverity::Warning, CaptureBlame::Undecided);
+    assert_eq!((finding.severity, finding.blame), expected, "{}", finding.text);
+    assert!(finding.text.contains("no Release of the controller is in the capture"), "{}", finding.text);
 }
 
 #[test]
@@ -345,7 +351,7 @@ fn a_capture_without_profinet_is_an_error() {
 
 /// Frame numbers are tshark's.
 #[rstest]
-#[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", CaptureBlame::Network, 6), ("PN-ALARM-DIAGNOSIS", CaptureBlame::Network, 6), ("PN-ALARM-DIAGNOSIS", CaptureBlame::Network, 12)])]
+#[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", CaptureBlame::Network, 6), ("PN-ALARM-DIAGNOSIS", CaptureBlame::Network, 12)])]
 #[case("odd-station-name.pcap", &[("PN-NAME-INVALID", CaptureBlame::Controller, 2)])]
 #[case("one-ar-life.pcapng", &[("PN-START-MODULES", CaptureBlame::Controller, 2), ("PN-START-INCOMPLETE", CaptureBlame::Capture, 9)])]
 fn third_party_captures(#[case] name: &str, #[case] expected: &[(&str, CaptureBlame, u64)]) {

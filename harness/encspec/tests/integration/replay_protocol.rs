@@ -25,6 +25,15 @@ fn findings(line: &ConnectionFrames) -> Vec<CaptureFinding> {
     capture("made", &line.capture()[..], &[]).expect("a capture").findings
 }
 
+/// The consequences of the only finding with this id.
+#[track_caller]
+fn consequences_of(line: &ConnectionFrames, id: &str) -> Vec<CaptureFinding> {
+    let all = findings(line);
+    let [finding] = &all[..] else { panic!("one finding {id}: {all:#?}") };
+    assert_eq!(finding.id, id, "{}", finding.text);
+    finding.consequences.clone()
+}
+
 /// The ids of the findings with their frames.
 fn ids_and_frames(line: &ConnectionFrames) -> Vec<(String, u64)> {
     findings(line).into_iter().map(|finding| (finding.id, finding.frame)).collect()
@@ -125,7 +134,8 @@ fn an_incomplete_start_up_names_the_missing_step() {
     let all = findings(&line);
     let finding = all.iter().find(|finding| finding.id == "PN-START-INCOMPLETE").unwrap();
     assert_eq!((finding.blame, finding.expected.as_deref()), (CaptureBlame::Device, Some("ApplicationReady")));
-    assert!(all.iter().any(|finding| finding.id == "PN-ABORT" && finding.blame == CaptureBlame::Device), "{all:#?}");
+    let followed = &finding.consequences[..];
+    assert!(matches!(followed, [of] if of.id == "PN-ABORT" && of.blame == CaptureBlame::Device), "{all:#?}");
 }
 
 #[test]
@@ -223,11 +233,13 @@ fn a_silent_device_is_distinguished_from_a_gap_in_the_capture() {
     line.abort(false, PnioStatus::abort(AbortReason::CONSUMER_TIMEOUT));
     let all = findings(&line);
     let silent = all.iter().find(|finding| finding.id == "PN-CYCLE-SILENT").unwrap_or_else(|| panic!("{all:#?}"));
-    assert_eq!((silent.blame, silent.severity), (CaptureBlame::Network, FindingSeverity::Error));
-    assert!(all.iter().any(|finding| finding.id == "PN-ABORT" && finding.blame == CaptureBlame::Network));
+    assert_eq!((silent.blame, silent.severity), (CaptureBlame::Undecided, FindingSeverity::Error));
+    let followed = &silent.consequences[..];
+    assert!(matches!(followed, [of] if of.id == "PN-ABORT" && of.blame == CaptureBlame::Undecided), "{all:#?}");
 
-    // Both directions pause for a second.
+    // Both directions pause for a second, and their counters go on with the time.
     let mut line = started();
+    line.counter = line.counter.map(|counter| counter.wrapping_add(500 * 64));
     line.pass(Duration::from_secs(1)).exchange(20);
     let all = findings(&line);
     assert!(all.iter().all(|finding| finding.blame == CaptureBlame::Capture), "{all:#?}");
@@ -288,15 +300,14 @@ fn the_status_of_the_data_is_reported(#[case] status: u8, #[case] data: &[u8], #
         counter: line.counter,
         ..ConnectionFrames::new()
     };
-    assert_eq!(ids_and_frames(alone.exchange(20)), [], "a single frame may be damaged");
+    let odd = [("PN-CAPTURE-ODD-FRAME".to_owned(), frame as u64)];
+    assert_eq!(ids_and_frames(alone.exchange(20)), odd, "a single frame may be damaged");
     frame_with(&mut line, DataStatus(status), data);
     line.cyclic(false, &[]);
     line.pass(CYCLE).exchange(20);
     let finding = only(&line, id, frame);
-    assert_eq!(
-        (finding.blame, finding.severity, finding.bit),
-        (CaptureBlame::Device, FindingSeverity::Warning, Some(bit))
-    );
+    let blame = if id == "PN-STATUS-PROBLEM" { CaptureBlame::Undecided } else { CaptureBlame::Device };
+    assert_eq!((finding.blame, finding.severity, finding.bit), (blame, FindingSeverity::Warning, Some(bit)));
     // 14 bytes of Ethernet header, 4 of the tag, 2 of the frame id.
     let expected = match id {
         "PN-STATUS-BAD-PROVIDER" => 20 + 5,
@@ -413,9 +424,8 @@ fn a_third_party_that_changes_a_connected_station_is_reported(
     // The following abort names the third party.
     if !id.is_empty() {
         line.abort(true, PnioStatus::abort(AbortReason::STATION_NAME_CHANGED));
-        let all = findings(&line);
-        let abort = all.iter().find(|finding| finding.id == "PN-ABORT").unwrap();
-        assert!(abort.text.contains(&THIRD_PARTY.to_string()), "{}", abort.text);
+        let followed = consequences_of(&line, id);
+        assert!(matches!(&followed[..], [of] if of.id == "PN-ABORT" && of.text.contains(&THIRD_PARTY.to_string())));
     }
 }
 
@@ -496,7 +506,7 @@ fn the_watchdog_time_comes_from_the_connect() {
 #[case("office-noise-versamax.pcap", &[("PN-START-MODULES", FindingSeverity::Warning, 18), ("PN-START-INCOMPLETE", FindingSeverity::Info, 27),
     ("PN-CAPTURE-ONE-SIDED", FindingSeverity::Info, 58), ("PN-NAME-UNKNOWN", FindingSeverity::Info, 467), ("PN-NAME-UNKNOWN", FindingSeverity::Info, 469),
     ("PN-START-MODULES", FindingSeverity::Warning, 489), ("PN-ABORT", FindingSeverity::Info, 584)])]
-#[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", FindingSeverity::Warning, 6), ("PN-ALARM-DIAGNOSIS", FindingSeverity::Warning, 6),
+#[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", FindingSeverity::Warning, 6),
     ("PN-ALARM-DIAGNOSIS", FindingSeverity::Warning, 12)])]
 #[case("implicit-reads-ns.pcapng", &[])]
 #[case("odd-station-name.pcap", &[("PN-NAME-INVALID", FindingSeverity::Warning, 2)])]
@@ -572,6 +582,25 @@ fn without_a_connect_the_layout_is_guessed_and_marked(
         assert_eq!((finding.frame, finding.severity), (frame, FindingSeverity::Warning));
         assert!(finding.text.contains("guessed"), "{}", finding.text);
     }
+}
+
+/// The device says only at the end which one it is: the file is read again, and its manual holds from the first frame on.
+#[test]
+fn an_identity_at_the_end_holds_for_the_whole_capture() {
+    let manuals = encspec::suite_yaml::load(&encspec::suites::sources(), None).expect("the shipped suites load");
+    let mut line = running(None);
+    let frame = line.cyclic(true, &inputs_of_telegram_81(0xA000)) as u64;
+    let identity = DcpValue::DeviceId { vendor_id: 0x0239, device_id: 0x0001 };
+    let block = DcpBlock { word: Some(BlockInfo(0).0), value: identity };
+    let response = Dcp::identify(1, 1, vec![DcpValue::AllSelector]).response(vec![block]);
+    dcp(&mut line, DEVICE, CONTROLLER, &response);
+    let folder = testing::Folder::new("late-identity");
+    let file = folder.write("late.pcapng", line.capture());
+    let report = encspec::replay::files(&[file.to_string_lossy().into_owned()], &manuals).unwrap().captures.remove(0);
+    let finding = report.findings.iter().find(|finding| finding.id.contains("XAC77-SIG-036"));
+    assert_eq!(finding.map(|finding| finding.frame), Some(frame), "{:#?}", report.findings);
+    let page = encspec::replay::chapter(1, &report, &line.capture()[..], &manuals).unwrap();
+    assert_eq!(page.timelines.len(), 1);
 }
 
 /// The HTML page uses the guessed layout of the report: the connection has a timeline with signals.

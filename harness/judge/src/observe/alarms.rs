@@ -2,7 +2,7 @@
 
 use super::connect::{ArLink, established_connection};
 use super::tracker::{ReceivedFrame, Sink, Tracker};
-use super::{ArId, ArStage, FrameDirection, Observation, Traffic};
+use super::{ArId, ArStage, FrameDirection, Observation, Role, Traffic};
 use rustc_hash::FxHasher;
 use std::hash::Hasher;
 use wire::ethernet::Mac;
@@ -63,6 +63,11 @@ impl Tracker {
         let is_end = matches!(pdu.body, RtaBody::Error { .. });
         let find = |pair: (Mac, Mac), references: (u16, u16), exactly: bool| {
             let found = self.by_pair.get(&pair)?.iter().rev().find(|index| {
+                // A connection for access to records has no alarms; without references they belong to the data exchange.
+                let is_access = self.ars.get(**index as usize).is_some_and(|ar| ar.role == Role::Access);
+                if is_access && !exactly {
+                    return false;
+                }
                 let known = self.links.get(**index as usize).map(|link| link.alarm_references);
                 match known {
                     Some((Some(one), Some(other))) if exactly || is_end => (one, other) == references,

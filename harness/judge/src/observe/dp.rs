@@ -9,7 +9,7 @@ mod states;
 use super::tracker::Sink;
 use super::{
     Address, ArId, ArStage, CyclicStatus, CyclicStream, DiagnosisFrame, Dp, FrameDirection, Leaving, Observation,
-    ObservedAr, PollPart, SubmodulePlacement, Traffic,
+    ObservedAr, PollFault, PollPart, SubmodulePlacement, Traffic,
 };
 use services::Acyclic;
 use station::{Duration, Time};
@@ -91,6 +91,8 @@ struct PendingDpRequest {
     pub da: u8,
     pub sa: u8,
     pub service: SapService,
+    /// The access points of slave and master in the request.
+    access_points: (Option<u8>, Option<u8>),
     number: u64,
     time: Time,
     /// Whether it repeats a request that was answered before.
@@ -189,7 +191,20 @@ impl DpTracker {
             Ok(FdlFrame::Data(frame)) if frame.fc.is_request() => self.request(number, time, octets, &frame, sink),
             Ok(FdlFrame::Data(frame)) => {
                 let is_answer = |asked: &mut PendingDpRequest| (asked.da, asked.sa) == (frame.sa, frame.da);
-                let Some(asked) = self.asked.take_if(is_answer) else { return self.unexpected_answer(sink) };
+                let Some(asked) = self.asked.take_if(is_answer) else {
+                    let to_other = self.asked.as_ref().filter(|asked| asked.da == frame.sa && asked.sa != frame.da);
+                    if let Some((master, station, service)) = to_other.map(|asked| (asked.sa, asked.da, asked.service))
+                    {
+                        let fault = PollFault::OtherReceiver { receiver: frame.da & BROADCAST };
+                        self.fault((master, station, service), fault, sink);
+                    }
+                    return self.unexpected_answer(sink);
+                };
+                let (answered, receiver) = (frame.source.sap, frame.destination.sap);
+                if !frame.data.is_empty() && asked.access_points != (answered, receiver) {
+                    let fault = PollFault::OtherAccessPoint { requested: asked.access_points.0, answered };
+                    self.fault((asked.sa, asked.da, asked.service), fault, sink);
+                }
                 let function = frame.fc.answered().unwrap_or(AnswerFunction::OK);
                 let at = place_of(octets, frame.data);
                 self.answered(asked, DpAnswer { function, data: frame.data, at, number, time }, sink);
@@ -240,6 +255,14 @@ impl DpTracker {
         }
     }
 
+    /// Reports an answer that does not fit; in a recording only.
+    fn fault(&self, (master, station, service): (u8, u8, SapService), fault: PollFault, sink: Sink<'_>) {
+        if self.is_recorded {
+            let ar = self.slaves.get(usize::from(station)).and_then(|slave| slave.ar).map(ArId);
+            sink(&self.ars, Observation::Traffic(Traffic::PollFault { ar, master, station, service, fault }));
+        }
+    }
+
     /// Processes an answer without a request: the request is missing in the recording.
     fn unexpected_answer(&self, sink: Sink<'_>) {
         if self.is_recorded {
@@ -278,7 +301,8 @@ impl DpTracker {
             let slave = &mut self.slaves[usize::from(da)];
             slave.is_settled &= repeated;
             let is_settled = slave.is_settled;
-            self.asked = Some(PendingDpRequest { da, sa, service, number, time, is_settled, data });
+            let access_points = (frame.destination.sap, frame.source.sap);
+            self.asked = Some(PendingDpRequest { da, sa, service, access_points, number, time, is_settled, data });
         }
     }
 
@@ -401,7 +425,12 @@ impl DpTracker {
             return;
         };
         if answer.data.len() != lengths.inputs {
-            let why = format!("Data_Exchange answer has {} bytes, expected {}", answer.data.len(), lengths.inputs);
+            let (expected, observed) = (lengths.inputs, answer.data.len());
+            if self.is_recorded {
+                let fault = PollFault::InputLength { expected, observed };
+                return self.fault((asked.sa, asked.da, asked.service), fault, sink);
+            }
+            let why = format!("Data_Exchange answer has {observed} bytes, expected {expected}");
             sink(&self.ars, Observation::Unreadable { why: &why });
             return;
         }

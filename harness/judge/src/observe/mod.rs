@@ -32,7 +32,7 @@ pub use describe::describe;
 pub use dp::{DpCounts, DpTracker};
 pub use profibus_text::ProfibusWords;
 pub use tracker::{Stray, Tracker};
-pub use traffic::{CallPart, PollPart, Traffic};
+pub use traffic::{CallPart, PollFault, PollPart, Traffic};
 
 use wire::ethernet::Mac;
 use wire::lldp::Lldp;

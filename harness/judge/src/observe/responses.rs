@@ -5,6 +5,7 @@ use super::connect::accepted;
 use super::tracker::{ReceivedFrame, Sink, Tracker};
 use super::{ArId, ArStage, CallPart, Observation, StartRecord, Traffic};
 use wire::WireError;
+use wire::datagram::{Checksum, Datagram};
 use wire::octets::ByteReader;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::Connect;
@@ -26,13 +27,37 @@ impl Tracker {
         sink: Sink<'_>,
     ) -> Result<(), WireError> {
         let Some(asked) = self.answered(received, header, sink) else { return Ok(()) };
+        let call = (asked.service(), asked.ar());
+        let needs_blocks = !matches!(asked, CallService::Connect(None) | CallService::Nothing);
+        let has_none = |(ndr, blocks): (NdrResponse, &[u8])| {
+            ndr.status.is_ok() && (ndr.args_length == 0 || blocks.is_empty()) && needs_blocks
+        };
+        let is_empty = NdrResponse::parse(header.order(), body).is_ok_and(has_none);
+        let outcome = self.outcome(received, header, body, asked, sink);
+        match &outcome {
+            _ if is_empty => self.malformed(received, call, "it has no block", sink),
+            Err(error) => self.malformed(received, call, &error.to_string(), sink),
+            Ok(()) => {}
+        }
+        outcome
+    }
+
+    /// Processes the body of a response to a known request.
+    fn outcome(
+        &mut self,
+        received: &ReceivedFrame<'_>,
+        header: &RpcHeader,
+        body: &[u8],
+        asked: CallService,
+        sink: Sink<'_>,
+    ) -> Result<(), WireError> {
         let (ndr, blocks) = NdrResponse::parse(header.order(), body)?;
         let blocks = blocks.get(..ndr.args_length as usize).unwrap_or(blocks);
         let outcome = match asked {
             CallService::Connect(Some(ar)) => self.connect_response(received, ar, ndr.status, blocks, sink),
             CallService::Read(ar, target) => self.read_response(ar, target, ndr.status, blocks, sink),
             CallService::Write(ar, records, several) => {
-                self.write_response(ar, &records, several, ndr.status, blocks, sink)
+                self.write_response(received, (ar, &records, several), ndr.status, blocks, sink)
             }
             CallService::ParameterEnd(ar) => {
                 match ar {
@@ -86,16 +111,44 @@ impl Tracker {
             return Ok(());
         }
         let connect = Connect::parse(blocks)?;
+        let requested = usize::from(link.input_reference.is_some()) + usize::from(link.output_reference.is_some());
+        let missing = match (connect.ar_res(), connect.iocr_responses().count()) {
+            _ if blocks.is_empty() => None,
+            (None, _) => Some("it has no ARBlockRes".to_owned()),
+            (Some(_), granted) if granted < requested => Some(format!("it has {granted} of {requested} IOCRBlockRes")),
+            _ => None,
+        };
         accepted(&connect, ar, link);
         self.stations.complete(&mut ar.device);
         let (controllers, devices) = ([link.macs.0, ar.controller.mac()], [received.header.source, ar.device.mac()]);
         self.stands_between(id.0, controllers, devices);
         sink(&self.ars, Observation::Connected { ar: id });
+        if let Some(why) = missing {
+            self.malformed(received, ("Connect", Some(id)), &why, sink);
+        }
         let diff = connect.block(BlockType::MODULE_DIFF);
         if let Some(diff) = diff.and_then(|octets| ModuleDiffBlock::read(&mut ByteReader::new("block", &octets)).ok()) {
             sink(&self.ars, Observation::Traffic(Traffic::ModulesDiffer { ar: id, diff: &diff }));
         }
         Ok(())
+    }
+
+    /// Reports a response that is empty, or that cannot be read; in a recording only.
+    fn malformed(
+        &mut self,
+        received: &ReceivedFrame<'_>,
+        (service, ar): (&'static str, Option<ArId>),
+        why: &str,
+        sink: Sink<'_>,
+    ) {
+        let checksum = Datagram::parse(received.octets).map_or(Checksum::Bad, |datagram| datagram.udp_checksum);
+        // A datagram with a wrong checksum was damaged on its way.
+        if self.is_recorded && checksum != Checksum::Bad {
+            let (source, destination) = (received.header.source, received.header.destination);
+            let is_proven = checksum == Checksum::Good;
+            let answer = Traffic::AnswerMalformed { ar, service, source, destination, is_proven, why };
+            sink(&self.ars, Observation::Traffic(answer));
+        }
     }
 
     fn read_response(
@@ -114,15 +167,18 @@ impl Tracker {
 
     fn write_response(
         &mut self,
-        ar: Option<ArId>,
-        records: &[WriteRequest],
-        several: bool,
+        received: &ReceivedFrame<'_>,
+        (ar, records, several): (Option<ArId>, &[WriteRequest], bool),
         status: PnioStatus,
         blocks: &[u8],
         sink: Sink<'_>,
     ) -> Result<(), WireError> {
         let answers = if status.is_ok() { WriteResponse::parse_all(blocks)? } else { Vec::new() };
         let answers = answers.get(usize::from(several)..).unwrap_or_default();
+        if status.is_ok() && !blocks.is_empty() && answers.len() < records.len() {
+            let why = format!("it answers {} of {} records", answers.len(), records.len());
+            self.malformed(received, ("Write", ar), &why, sink);
+        }
         for (place, record) in records.iter().enumerate() {
             let header = &record.header;
             let target = (header.api, header.slot_number, header.subslot_number, header.index);

@@ -1,11 +1,12 @@
 //! Names and device IDs that stations report in DCP.
 
 use super::tracker::{ReceivedFrame, Sink, Tracker};
-use super::{Observation, Party};
+use super::{Observation, Party, Traffic};
 use plain_text::escaped;
 use rustc_hash::FxHashMap;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::{Dcp, DcpValue, ServiceId, ServiceType};
+use wire::profinet::rt::{FrameId, FrameKind};
 
 /// Maximum number of stored stations.
 const MOST_STATIONS: usize = 4_096;
@@ -38,6 +39,13 @@ impl StationTable {
         *known != before
     }
 
+    /// Stores the identity of a station that a later frame of the trace shows.
+    pub fn know(&mut self, mac: Mac, ids: (u16, u16)) {
+        if self.0.len() < MOST_STATIONS {
+            self.0.entry(mac).or_default().ids = Some(ids);
+        }
+    }
+
     /// Fills in missing values of a party.
     pub fn complete(&self, party: &mut Party) {
         if let Some(known) = self.0.get(&party.mac()) {
@@ -57,7 +65,19 @@ impl Tracker {
     pub(super) fn dcp(&mut self, received: &ReceivedFrame<'_>, sink: Sink<'_>) {
         let pdu = match Dcp::parse(received.payload) {
             Ok(pdu) => pdu,
-            Err(error) => return self.unreadable(error.at_offset(received.at()), sink),
+            Err(error) => {
+                let is_answer = FrameId::peek(received.payload)
+                    .is_ok_and(|id| id.kind() == FrameKind::DcpIdentifyResponse)
+                    || received.payload.get(3) == Some(&ServiceType::RESPONSE.0);
+                if is_answer && self.is_recorded {
+                    let (source, destination) = (received.header.source, received.header.destination);
+                    let (service, is_proven, why) = ("DCP", false, error.to_string());
+                    let why = why.as_str();
+                    let answer = Traffic::AnswerMalformed { ar: None, service, source, destination, is_proven, why };
+                    sink(&self.ars, Observation::Traffic(answer));
+                }
+                return self.unreadable(error.at_offset(received.at()), sink);
+            }
         };
         let (source, destination) = (received.header.source, received.header.destination);
         let speaks_of_itself = matches!(

@@ -54,7 +54,7 @@ pub struct Tracker {
     earliest: u64,
     repeated: CopyDetector,
     /// Whether the frames are from a recording, in which frames may be missing.
-    is_recorded: bool,
+    pub(super) is_recorded: bool,
 }
 
 /// The order of a cyclic frame in its stream.
@@ -333,11 +333,18 @@ impl Tracker {
         }
     }
 
-    /// Vendor ID and device ID of a station, as reported by DCP.
+    /// Vendor ID and device ID of a station, as it reports them in DCP, or as a call to it names them.
     pub fn ids_of(&self, mac: Mac) -> Option<(u16, u16)> {
         let mut party = Party::at(Address::Mac(mac));
         self.stations.complete(&mut party);
-        party.ids
+        // A call also names the device to which it goes.
+        let called = || self.ars.iter().rev().find(|ar| ar.device.mac() == mac && ar.device.ids.is_some());
+        party.ids.or_else(|| called().and_then(|ar| ar.device.ids))
+    }
+
+    /// Takes vendor ID and device ID of a station as known from the first frame on; a later frame of the trace shows them.
+    pub fn know(&mut self, mac: Mac, ids: (u16, u16)) {
+        self.stations.know(mac, ids);
     }
 
     /// Follows a connection that was established before the trace began and whose layout the caller knows; `None` if there are

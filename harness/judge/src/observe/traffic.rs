@@ -48,6 +48,19 @@ pub enum Traffic<'a> {
         /// The offset of these bytes in the frame.
         at: usize,
     },
+    /// The answer to a call lacks what belongs in it, or cannot be read.
+    AnswerMalformed {
+        ar: Option<ArId>,
+        service: &'static str,
+        source: Mac,
+        destination: Mac,
+        /// Whether a checksum shows that the answer was captured as it was sent.
+        is_proven: bool,
+        /// What is wrong with it.
+        why: &'a str,
+    },
+    /// An answer on PROFIBUS that does not fit its request or the configuration.
+    PollFault { ar: Option<ArId>, master: u8, station: u8, service: SapService, fault: PollFault },
     /// A device reported other modules than the controller expects.
     ModulesDiffer { ar: ArId, diff: &'a ModuleDiffBlock },
     /// The token was passed from one master to another, or to itself.
@@ -82,11 +95,24 @@ pub enum PollPart {
     Unanswered,
 }
 
+/// What is wrong with an answer on PROFIBUS.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PollFault {
+    /// The inputs have another length than the acknowledged configuration, in bytes.
+    InputLength { expected: usize, observed: usize },
+    /// The diagnosis is shorter than its six fixed bytes.
+    ShortDiagnosis { octets: usize },
+    /// The answer names another access point of the slave than the request.
+    OtherAccessPoint { requested: Option<u8>, answered: Option<u8> },
+    /// The answer goes to another station than the one that requested it.
+    OtherReceiver { receiver: u8 },
+}
+
 impl Traffic<'_> {
     /// The connection, if known.
     pub fn ar(&self) -> Option<ArId> {
         match self {
-            Traffic::Call { ar, .. } => *ar,
+            Traffic::Call { ar, .. } | Traffic::AnswerMalformed { ar, .. } | Traffic::PollFault { ar, .. } => *ar,
             Traffic::Rta { ar, .. } | Traffic::ModulesDiffer { ar, .. } => Some(*ar),
             Traffic::Stray { .. } | Traffic::Token { .. } | Traffic::Poll { .. } => None,
         }

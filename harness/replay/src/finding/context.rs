@@ -3,7 +3,8 @@
 //!
 //! This module must not know what is wrong, only where.
 
-use super::super::clock::seconds;
+use super::super::clock::{CaptureClock, wall_clock};
+use super::times::FrameTimes;
 use judge::observe::{ArId, ObservedAr, ProfibusWords, describe};
 use plain_text::printable;
 use serde::Serialize;
@@ -38,8 +39,10 @@ pub struct FindingContext {
 pub struct ContextFrame {
     /// The number of the packet, from 1.
     pub frame: u64,
-    /// Seconds since the first frame of the capture; negative where the clock stepped back.
+    /// Seconds since the first frame of the same recording; negative where the clock stepped back.
     pub time: f64,
+    /// Its time in the calendar, RFC 3339 in UTC, if the clock of the recorder was set.
+    pub wall_clock: Option<String>,
     /// Its contents as `encspec dissect` shows them, escaped; several lines on PROFIBUS.
     pub text: String,
 }
@@ -48,7 +51,7 @@ pub struct ContextFrame {
 #[derive(Debug, Default)]
 pub(crate) struct ContextCollector {
     ring: FrameRing,
-    first: Option<Time>,
+    pub times: FrameTimes,
     wanted: BTreeMap<u64, PendingContext>,
     /// The findings that still wait for frames after them.
     open: Vec<u64>,
@@ -69,7 +72,7 @@ struct PendingContext {
 impl ContextCollector {
     /// Remembers a frame, before it is checked.
     pub fn keep(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8]) {
-        self.first.get_or_insert(time);
+        self.times.take(number, time);
         self.ring.push(bus, number, time, octets);
     }
 
@@ -81,7 +84,7 @@ impl ContextCollector {
     /// Adds the last frame to the earlier findings that wait for it.
     pub fn fill(&mut self, ars: &[ObservedAr]) {
         let Some(entry) = self.ring.entries.back().copied() else { return };
-        let ContextCollector { ring, first, wanted, open } = self;
+        let ContextCollector { ring, times, wanted, open } = self;
         open.retain(|number| {
             let Some(of) = wanted.get_mut(number).filter(|_| *number < entry.number) else { return true };
             let octets = ring.octets(&entry);
@@ -89,7 +92,7 @@ impl ContextCollector {
             let lines = (entry.bus.is_profibus()).then(|| of.words.lines(octets));
             if of.ends.meet(ends) {
                 let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
-                of.context.after.push(context_frame(*first, &entry, &text));
+                of.context.after.push(context_frame(&times.clock, &entry, &text));
             }
             of.before = ends;
             of.patience -= 1;
@@ -103,10 +106,13 @@ impl ContextCollector {
             known.ar = known.ar.or(ar);
             return;
         }
+        let Some(at) = self.ring.find(frame) else { return };
+        if let Some(entry) = self.ring.entries.get(at) {
+            self.times.note(frame, entry.time);
+        }
         if self.wanted.len() >= MOST_FINDINGS {
             return;
         }
-        let Some(at) = self.ring.find(frame) else { return };
         let ends_at = |index: usize| self.ring.ends(index);
         let ends = ends_at(at);
         let mut chosen: Vec<usize> = (at.saturating_sub(MOST_LOOKED_THROUGH)..at)
@@ -127,7 +133,7 @@ impl ContextCollector {
             let lines = (entry.bus.is_profibus()).then(|| words.lines(octets));
             if index == at || chosen.contains(&index) {
                 let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
-                let described = context_frame(self.first, entry, &text);
+                let described = context_frame(&self.times.clock, entry, &text);
                 if index == at { context.at = Some(described) } else { context.before.push(described) }
             }
         }
@@ -140,7 +146,7 @@ impl ContextCollector {
             let lines = (entry.bus.is_profibus()).then(|| wanted.words.lines(octets));
             if wanted.context.after.len() < AROUND && wanted.ends.meet(ends) {
                 let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
-                wanted.context.after.push(context_frame(self.first, entry, &text));
+                wanted.context.after.push(context_frame(&self.times.clock, entry, &text));
             }
             wanted.before = ends;
         }
@@ -156,9 +162,10 @@ impl ContextCollector {
     }
 }
 
-fn context_frame(first: Option<Time>, entry: &RingEntry, text: &str) -> ContextFrame {
+fn context_frame(clock: &CaptureClock, entry: &RingEntry, text: &str) -> ContextFrame {
     let text = text.lines().map(printable).collect::<Vec<_>>().join("\n");
-    ContextFrame { frame: entry.number, time: seconds(first, entry.time), text }
+    let (time, wall_clock) = (clock.seconds(entry.time), wall_clock(entry.time));
+    ContextFrame { frame: entry.number, time, wall_clock, text }
 }
 
 /// The stations between which a frame goes.

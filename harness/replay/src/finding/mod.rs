@@ -6,6 +6,7 @@
 
 mod context;
 mod rule;
+mod times;
 
 pub(super) use context::ContextCollector;
 pub use context::{ContextFrame, FindingContext};
@@ -25,9 +26,18 @@ pub struct CaptureFinding {
     pub requirements: Vec<String>,
     /// The clauses of the manual that the requirements cite.
     pub clause: Option<String>,
+    /// The ids of the requirements in one text, if there are any.
+    pub requirement: Option<String>,
     pub severity: FindingSeverity,
     /// The number of the packet in the capture, from 1; 0 for a capture without frames.
     pub frame: u64,
+    /// Seconds since the first frame of the same recording.
+    pub time: Option<f64>,
+    /// The time of the packet in the calendar, RFC 3339 in UTC, if the clock of the recorder was set.
+    pub wall_clock: Option<String>,
+    /// How often it was found, and in which packet last; the other values are those of the first time.
+    pub count: u64,
+    pub last_frame: u64,
     /// The byte of the frame, from 0 at the first captured one.
     pub octet: Option<usize>,
     /// The bit of that byte, 0 is the least significant.
@@ -38,6 +48,8 @@ pub struct CaptureFinding {
     pub ar: Option<usize>,
     /// What is wrong, for people.
     pub text: String,
+    /// The parts of it one by one, where there are several: the records of one request.
+    pub details: Vec<String>,
     /// The expected value or frame.
     pub expected: Option<String>,
     /// The observed value or frame.
@@ -48,6 +60,8 @@ pub struct CaptureFinding {
     pub cause: Option<String>,
     /// What to do next.
     pub next: Option<String>,
+    /// What follows from it, and is no finding of its own.
+    pub consequences: Vec<CaptureFinding>,
     /// The frames around it.
     pub context: FindingContext,
     /// The bus of the frame; it decides whether `ar` counts PROFINET connections or slaves.
@@ -99,18 +113,25 @@ impl CaptureFinding {
             id: id.into(),
             requirements: Vec::new(),
             clause: None,
+            requirement: None,
             severity,
             frame,
+            time: None,
+            wall_clock: None,
+            count: 1,
+            last_frame: frame,
             octet: None,
             bit: None,
             filter: (frame > 0).then(|| format!("frame.number == {frame}")),
             ar: None,
             text: text.into(),
+            details: Vec::new(),
             expected: None,
             seen: None,
             blame,
             cause: None,
             next: None,
+            consequences: Vec::new(),
             context: FindingContext::default(),
             bus: Bus::Profinet,
         }
@@ -134,6 +155,7 @@ impl CaptureFinding {
         let ids: Vec<String> = requirements.iter().map(|(id, _)| (*id).to_owned()).collect();
         let id = if ids.is_empty() { id.into() } else { ids.join(", ") };
         CaptureFinding {
+            requirement: (!ids.is_empty()).then(|| ids.join(", ")),
             requirements: ids,
             clause: (!clauses.is_empty()).then(|| clauses.join("; ")),
             ..CaptureFinding::protocol(id, severity, CaptureBlame::Device, frame, text)
@@ -194,6 +216,13 @@ impl CaptureFinding {
     #[must_use]
     pub fn filter(mut self, filter: impl Into<String>) -> CaptureFinding {
         self.filter = Some(filter.into());
+        self
+    }
+
+    /// Sets the parts of the finding, if there are several.
+    #[must_use]
+    pub fn details(mut self, details: Vec<String>) -> CaptureFinding {
+        self.details = details;
         self
     }
 

@@ -7,6 +7,7 @@ mod packets;
 mod timeline;
 
 use super::finding::{CaptureFinding, ContextFrame};
+use super::layout_guess::StationIdentity;
 use super::read::order::OrderedFrame;
 use super::report::{CaptureReport, ConnectionReport, DamageReport};
 use super::text::not_judged;
@@ -23,6 +24,8 @@ use virtual_wire::capture::NotACapture;
 
 /// Upper limit of the findings of one capture that are shown with their packet.
 const MOST_FINDINGS: usize = 300;
+/// Upper limit of the consequences of one finding that are marked in the timeline.
+const MOST_CONSEQUENCES: usize = 8;
 
 /// The page of several captures, with one chapter for each.
 pub fn page(title: &str, chapters: Vec<Chapter>) -> HtmlPage {
@@ -48,16 +51,26 @@ pub fn chapter(
     again: impl Read,
     manuals: &[Manual],
 ) -> Result<Chapter, NotACapture> {
-    let wanted = report.findings.iter().take(MOST_FINDINGS).map(|finding| finding.frame);
-    let look = PageCapture::at(again, wanted, manuals)?;
+    let shown = || report.findings.iter().take(MOST_FINDINGS);
+    let frames = |finding: &CaptureFinding| {
+        let consequences = finding.consequences.iter().take(MOST_CONSEQUENCES);
+        [finding.frame].into_iter().chain(consequences.map(|of| of.frame)).collect::<Vec<u64>>()
+    };
+    let wanted = shown().flat_map(frames);
+    let look = PageCapture::identified(again, wanted, manuals, &report.identities)?;
     let anchor = |index: usize| format!("finding-{number}-{}", index + 1);
-    let shown = report.findings.iter().take(MOST_FINDINGS).enumerate();
+    let shown = shown().enumerate();
     let entries: Vec<PageEntry> =
         shown.clone().map(|(index, finding)| entry(anchor(index), finding, &look, manuals)).collect();
     let marks: Vec<(Option<usize>, Mark)> = shown
-        .filter_map(|(index, finding)| {
+        .flat_map(|(index, finding)| {
+            let own = (finding, format!("{}: {}", finding.id, finding.text));
+            let consequences = finding.consequences.iter().take(MOST_CONSEQUENCES);
+            let followed = consequences.map(|of| (of, format!("{}: {} (follows from {})", of.id, of.text, finding.id)));
+            [own].into_iter().chain(followed).map(move |(of, text)| (index, of, text)).collect::<Vec<_>>()
+        })
+        .filter_map(|(index, finding, text)| {
             let at = look.seconds(finding.frame)?;
-            let text = format!("{}: {}", finding.id, finding.text);
             Some((finding.ar, Mark { at, is_finding: true, text, anchor: Some(anchor(index)) }))
         })
         .collect();
@@ -96,12 +109,22 @@ impl PageCapture {
         wanted: impl Iterator<Item = u64>,
         manuals: &[Manual],
     ) -> Result<PageCapture, NotACapture> {
+        PageCapture::identified(again, wanted, manuals, &[])
+    }
+
+    /// Like [`at`](Self::at), with the identities of stations that the capture identifies too late.
+    fn identified(
+        again: impl Read,
+        wanted: impl Iterator<Item = u64>,
+        manuals: &[Manual],
+        identities: &[StationIdentity],
+    ) -> Result<PageCapture, NotACapture> {
         let mut keeper = PageCollector {
             packets: Packets::new(wanted),
             is_kept: false,
             timelines: PerBus::new(|_| Timelines::new(manuals)),
         };
-        let walked = walk(again, manuals, &mut keeper, &mut |_, _| {})?;
+        let walked = walk(again, manuals, identities, &mut keeper, &mut |_, _| {})?;
         let PageCollector { mut packets, timelines: PerBus { profinet, profibus }, .. } = keeper;
         let (connections, slaves) = (walked.tracker.ars(), walked.slaves.ars());
         packets.connections(connections, slaves);
@@ -184,6 +207,13 @@ fn entry(anchor: String, finding: &CaptureFinding, look: &PageCapture, manuals: 
     fact("requirement", Some(finding.requirements.join(", ")));
     fact("clause", finding.clause.clone());
     fact("packet", Some(finding.frame.to_string()));
+    fact("time", finding.time.map(|time| when(time, finding.wall_clock.as_deref())));
+    fact(
+        "how often",
+        (finding.count > 1).then(|| format!("{} times, last in packet {}", finding.count, finding.last_frame)),
+    );
+    fact("one by one", Some(finding.details.join("\n")));
+    fact("followed by", Some(finding.consequences.iter().map(consequence).collect::<Vec<_>>().join("\n")));
     fact("expected", finding.expected.clone());
     fact("observed", finding.seen.clone());
     fact("blame", Some(finding.blame.word().to_owned()));
@@ -194,13 +224,25 @@ fn entry(anchor: String, finding: &CaptureFinding, look: &PageCapture, manuals: 
     let around = context.before.iter().chain(&context.at).chain(&context.after);
     let line = |frame: &ContextFrame| {
         let here = if frame.frame == finding.frame { '>' } else { ' ' };
-        format!("{here}{:>7} {:>12.6} {}", frame.frame, frame.time, frame.text)
+        format!("{here}{:>7} {} {}", frame.frame, when(frame.time, frame.wall_clock.as_deref()), frame.text)
     };
     fact("frames around it", Some(around.map(line).collect::<Vec<_>>().join("\n")));
     let mark = finding.octet.map(|octet| (octet, finding.bit));
     let packet = look.packet(finding.frame, mark, manuals);
     let head = format!("{} in packet {}: {}", finding.id, finding.frame, finding.text);
     PageEntry { anchor, tone, word: word.to_owned(), head, facts, packet, timelines: Vec::new() }
+}
+
+fn consequence(of: &CaptureFinding) -> String {
+    format!("{} in packet {}: {}", of.id, of.frame, of.text)
+}
+
+/// Seconds, and the time in the calendar if there is one.
+fn when(seconds: f64, wall_clock: Option<&str>) -> String {
+    match wall_clock {
+        Some(time) => format!("{seconds:>12.6} s, {time}"),
+        None => format!("{seconds:>12.6} s"),
+    }
 }
 
 fn facts(report: &CaptureReport) -> Vec<(String, String)> {
@@ -250,6 +292,7 @@ fn tables(report: &CaptureReport) -> Vec<PageTable> {
         let cells = vec![
             event.frame.to_string(),
             format!("{:.6}", event.time),
+            event.wall_clock.clone().unwrap_or_default(),
             event.kind.word().to_owned(),
             event.text.clone(),
         ];
@@ -265,7 +308,7 @@ fn tables(report: &CaptureReport) -> Vec<PageTable> {
         },
         PageTable {
             heading: "Events".to_owned(),
-            columns: columns(&["packet", "seconds", "kind", "event"]),
+            columns: columns(&["packet", "seconds", "time in UTC", "kind", "event"]),
             rows: events.collect(),
         },
         PageTable {

@@ -1,7 +1,7 @@
 //! The packets of the findings, divided into their parts: the protocol fields of every frame, then the signals of the manual.
 
 use super::unsigned;
-use crate::clock::seconds;
+use crate::clock::{CaptureClock, wall_clock};
 use crate::fits_manual;
 use judge::image::ConnectionImage;
 use judge::observe::{ArId, FrameDirection, FramePart, ObservedAr, anatomy};
@@ -26,6 +26,7 @@ pub(super) struct PacketData {
 #[derive(Debug)]
 struct StoredPacket {
     seconds: f64,
+    wall_clock: Option<String>,
     link: LinkType,
     octets: Vec<u8>,
     carries: Option<PacketData>,
@@ -34,7 +35,7 @@ struct StoredPacket {
 /// The packets of the findings.
 #[derive(Debug, Default)]
 pub(super) struct Packets {
-    first: Option<Time>,
+    clock: CaptureClock,
     wanted: BTreeMap<u64, Option<StoredPacket>>,
     ars: PerBus<Vec<ObservedAr>>,
 }
@@ -47,10 +48,10 @@ impl Packets {
 
     /// Takes in a packet; returns whether it is kept.
     pub fn keep(&mut self, number: u64, time: Time, link: LinkType, octets: &[u8]) -> bool {
-        let first = *self.first.get_or_insert(time);
+        self.clock.take(time);
         let Some(kept) = self.wanted.get_mut(&number) else { return false };
-        let seconds = seconds(Some(first), time);
-        *kept = Some(StoredPacket { seconds, link, octets: octets.to_vec(), carries: None });
+        let (seconds, wall_clock) = (self.clock.seconds(time), wall_clock(time));
+        *kept = Some(StoredPacket { seconds, wall_clock, link, octets: octets.to_vec(), carries: None });
         true
     }
 
@@ -85,7 +86,8 @@ impl Packets {
                 parts = with_signals(parts, &manual.device, &image, seen, &kept.octets);
             }
         }
-        let head = format!("Packet {number}, {:.6} s, {} bytes", kept.seconds, kept.octets.len());
+        let wall_clock = kept.wall_clock.as_ref().map_or_else(String::new, |time| format!(" ({time})"));
+        let head = format!("Packet {number}, {:.6} s{wall_clock}, {} bytes", kept.seconds, kept.octets.len());
         Some(PagePacket { head, octets: kept.octets.clone(), parts, mark })
     }
 }

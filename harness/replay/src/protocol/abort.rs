@@ -1,6 +1,9 @@
 //! ERR-RTA: which side ended a connection, what the reason means, and what happened before.
 
+use super::accepted::AcceptedFrames;
+use super::advice::{advised, of_abort};
 use super::coverage::{CapturePosition, FindingList};
+use super::surroundings::Surroundings;
 use super::table::ABORTED;
 use super::text::{of, sender, span, status};
 use crate::finding::{CaptureBlame, FindingSeverity};
@@ -17,7 +20,47 @@ const MOST: usize = 4_096;
 #[derive(Debug, Default)]
 pub(super) struct Aborts {
     events: BTreeMap<ArId, (CapturePosition, String)>,
-    touched: BTreeMap<Mac, (CapturePosition, String)>,
+    /// Position, sender and words of the last Set to each station.
+    touched: BTreeMap<Mac, (CapturePosition, Mac, String)>,
+}
+
+/// What the capture shows beside the connection that ended.
+#[derive(Clone, Copy)]
+pub(super) struct AbortEvidence<'a> {
+    /// The cyclic frames that a receiver accepts.
+    pub accepted: &'a AcceptedFrames,
+    pub surroundings: &'a Surroundings,
+}
+
+/// Whether the ERR-RTA belongs to an end that one side wanted: after a Release, or because the controller's own application
+/// requested it.
+pub(super) fn is_deliberate(ar: &ObservedAr, direction: FrameDirection, status: &PnioStatus) -> bool {
+    let by_application = [AbortReason::ABORT_REQUEST, AbortReason::DEVICE_DEACTIVATED, AbortReason::AR_REMOVED];
+    ar.release_frame.is_some()
+        || ar.roles_known
+            && direction == FrameDirection::ToDevice
+            && status.abort_reason().is_some_and(|reason| by_application.contains(&reason))
+}
+
+/// How an abort is judged.
+struct Judgement {
+    severity: FindingSeverity,
+    blame: CaptureBlame,
+    /// What the frames show, to follow the reason.
+    hint: String,
+    /// Cause and next step, if the frames show more than the reason says.
+    advice: Option<(String, String)>,
+}
+
+impl Judgement {
+    fn new(severity: FindingSeverity, blame: CaptureBlame, hint: impl Into<String>) -> Judgement {
+        Judgement { severity, blame, hint: hint.into(), advice: None }
+    }
+
+    fn advice(mut self, cause: impl Into<String>, next: impl Into<String>) -> Judgement {
+        self.advice = Some((cause.into(), next.into()));
+        self
+    }
 }
 
 impl Aborts {
@@ -26,11 +69,12 @@ impl Aborts {
         now: CapturePosition,
         ars: &[ObservedAr],
         observation: &Observation<'_>,
+        evidence: AbortEvidence<'_>,
         findings: &mut FindingList,
     ) {
         let (ar, what) = match observation {
             Observation::Aborted { ar, direction, status } => {
-                self.aborted(now, ars, *ar, *direction, status, findings);
+                self.aborted(now, ars, (*ar, *direction), status, evidence, findings);
                 return;
             }
             Observation::Dcp { source, destination, pdu }
@@ -45,7 +89,7 @@ impl Aborts {
                 if let Some(what) = what
                     && self.touched.len() < MOST
                 {
-                    self.touched.insert(*destination, (now, format!("{source} {what} by DCP")));
+                    self.touched.insert(*destination, (now, *source, format!("{source} {what} by DCP")));
                 }
                 return;
             }
@@ -77,80 +121,188 @@ impl Aborts {
         &mut self,
         now: CapturePosition,
         ars: &[ObservedAr],
-        id: ArId,
-        direction: FrameDirection,
+        (id, direction): (ArId, FrameDirection),
         code: &PnioStatus,
+        evidence: AbortEvidence<'_>,
         findings: &mut FindingList,
     ) {
         let Some(ar) = of(ars, id) else { return };
         let who = sender(ar, direction);
-        let before = |(when, what): &(CapturePosition, String)| {
-            let since = now.since(*when).map_or_else(String::new, |since| format!(" {} earlier", span(since)));
+        let before = |when: CapturePosition, what: &str| {
+            let since = now.since(when).map_or_else(String::new, |since| format!(" {} earlier", span(since)));
             format!("{what} (frame {}{since})", when.frame)
         };
-        let touched =
-            self.touched.get(&ar.device.mac()).filter(|(when, _)| ar.connect_frame.is_none_or(|of| of < when.frame));
-        let mut went: Vec<String> = self.events.get(&id).into_iter().chain(touched).map(before).collect();
+        let touched = self.touched.get(&ar.device.mac());
+        let touched = touched.filter(|(when, ..)| ar.connect_frame.is_none_or(|of| of < when.frame));
+        let mut went: Vec<String> = self.events.get(&id).map(|(when, what)| before(*when, what)).into_iter().collect();
+        went.extend(touched.map(|(when, _, what)| before(*when, what)));
         if went.is_empty() {
-            went.push("the capture shows none of its frames".to_owned());
+            went.push("the capture shows none of its steps".to_owned());
         }
-        let silent = match direction {
-            FrameDirection::ToController => &ar.outputs,
-            FrameDirection::ToDevice => &ar.inputs,
+        let other = match direction {
+            FrameDirection::ToController => FrameDirection::ToDevice,
+            FrameDirection::ToDevice => FrameDirection::ToController,
         };
-        if let Some(last) = silent.last {
-            went.push(format!("the other side sent its last cyclic frame {} earlier", span(now.time.since(last))));
+        if code.abort_reason() != Some(AbortReason::CONSUMER_TIMEOUT)
+            && let Some(last) = evidence.accepted.last(id, other)
+            && let Some(since) = now.since(last)
+        {
+            went.push(format!("the other side sent its last cyclic frame {} earlier", span(since)));
         }
-        let (own, others) = match direction {
-            FrameDirection::ToController => (CaptureBlame::Device, CaptureBlame::Controller),
-            FrameDirection::ToDevice => (CaptureBlame::Controller, CaptureBlame::Device),
+        let Judgement { severity, mut blame, hint, advice } = match code.abort_reason() {
+            Some(AbortReason::CONSUMER_TIMEOUT) => consumer_timeout(now, ar, (id, other), evidence),
+            Some(reason) => judgement(now, ar, direction, reason, touched.map(|(_, by, _)| *by)),
+            None => Judgement::new(FindingSeverity::Error, own(direction), ""),
         };
-        let in_time =
-            silent.last.is_some_and(|last| !silent.watchdog.is_zero() && now.time.since(last) <= silent.watchdog);
-        let (severity, blame, hint) = match code.abort_reason() {
-            Some(AbortReason::RELEASE_RECEIVED) if ar.release_frame.is_some() => {
-                (FindingSeverity::Info, own, "; this is the normal end of a connection")
-            }
-            Some(AbortReason::RELEASE_RECEIVED) => (
-                FindingSeverity::Info,
-                CaptureBlame::Capture,
-                "; this is the normal end of a connection; its Release is not in the capture",
-            ),
-            Some(AbortReason::CONSUMER_TIMEOUT) if in_time => (
-                FindingSeverity::Error,
-                CaptureBlame::Network,
-                "; its frames are in the capture in time, so they were lost between the capture point and the receiver",
-            ),
-            Some(AbortReason::CONSUMER_TIMEOUT) if direction == FrameDirection::ToDevice => (
-                FindingSeverity::Error,
-                CaptureBlame::Network,
-                "; the device, its power supply or the link between them has failed",
-            ),
-            Some(AbortReason::CONSUMER_TIMEOUT | AbortReason::CMI_TIMEOUT | AbortReason::APPLICATION_READY_TIMEOUT) => {
-                (FindingSeverity::Error, others, "")
-            }
-            Some(
-                AbortReason::STATION_NAME_CHANGED
-                | AbortReason::RESET_TO_FACTORY
-                | AbortReason::IP_SUITE_CHANGED
-                | AbortReason::LINK_DOWN,
-            ) => (FindingSeverity::Error, CaptureBlame::Network, ""),
-            // An alarm cannot be sent where the other side does not acknowledge it.
-            Some(AbortReason::ALARM_SEND) => {
-                (FindingSeverity::Error, others, "; the other side did not acknowledge it")
-            }
-            Some(AbortReason::PROTOCOL_VIOLATION | AbortReason::SEQUENCE) => (FindingSeverity::Error, others, ""),
-            Some(AbortReason::RE_RUN | AbortReason::ABORT_REQUEST | AbortReason::DEVICE_DEACTIVATED) => {
-                (FindingSeverity::Warning, own, "")
-            }
-            _ => (FindingSeverity::Error, own, ""),
-        };
-        let blame = match blame {
-            CaptureBlame::Device | CaptureBlame::Controller if !ar.roles_known => CaptureBlame::Undecided,
-            blame => blame,
-        };
+        if matches!(blame, CaptureBlame::Device | CaptureBlame::Controller) && !ar.roles_known {
+            blame = CaptureBlame::Undecided;
+        }
         let why = status(code);
         let text = format!("{who} ended the connection: {why}{hint}; before that: {}", went.join("; "));
-        findings.add(ABORTED.finding(severity, blame, now.frame, text).ar(id).observed(why));
+        let finding = ABORTED.finding(severity, blame, now.frame, text).ar(id).observed(why);
+        findings.add(match advice {
+            Some((cause, next)) => finding.cause(cause).next(next),
+            None => advised(finding, code.abort_reason().and_then(of_abort)),
+        });
     }
+}
+
+/// The party that sends in a direction.
+fn own(direction: FrameDirection) -> CaptureBlame {
+    match direction {
+        FrameDirection::ToController => CaptureBlame::Device,
+        FrameDirection::ToDevice => CaptureBlame::Controller,
+    }
+}
+
+/// The party that receives in a direction.
+fn others(direction: FrameDirection) -> CaptureBlame {
+    match direction {
+        FrameDirection::ToController => CaptureBlame::Controller,
+        FrameDirection::ToDevice => CaptureBlame::Device,
+    }
+}
+
+/// Judges an abort for another reason than a watchdog; `touched`: the station that named, addressed or reset the device by DCP.
+fn judgement(
+    now: CapturePosition,
+    ar: &ObservedAr,
+    direction: FrameDirection,
+    reason: AbortReason,
+    touched: Option<Mac>,
+) -> Judgement {
+    use FindingSeverity::{Error, Info, Warning};
+    let (own, others) = (own(direction), others(direction));
+    let by_controller = direction == FrameDirection::ToDevice;
+    match reason {
+        AbortReason::RELEASE_RECEIVED if ar.release_frame.is_some() => {
+            Judgement::new(Info, own, "; this is the normal end of a connection").advice(
+                "The controller released the connection.",
+                "Nothing; look why the controller did so if it should not.",
+            )
+        }
+        AbortReason::RELEASE_RECEIVED if now.piece > 0 => {
+            let hint = "; this is the normal end of a connection; its Release is not in the capture, which lost frames";
+            Judgement::new(Info, CaptureBlame::Capture, hint)
+        }
+        AbortReason::RELEASE_RECEIVED => {
+            let hint = "; no Release of the controller is in the capture before it";
+            Judgement::new(Warning, CaptureBlame::Undecided, hint).advice(
+                "The device ended the connection without a Release, another station released it, or the capture lost the Release.",
+                "Look in the diagnostic buffer of the controller whether it released the device at this time.",
+            )
+        }
+        AbortReason::ABORT_REQUEST | AbortReason::DEVICE_DEACTIVATED | AbortReason::AR_REMOVED if by_controller => {
+            Judgement::new(Info, own, "; this is a deliberate end by the controller")
+        }
+        AbortReason::CMI_TIMEOUT | AbortReason::APPLICATION_READY_TIMEOUT => Judgement::new(Error, others, ""),
+        AbortReason::STATION_NAME_CHANGED | AbortReason::RESET_TO_FACTORY | AbortReason::IP_SUITE_CHANGED => {
+            let blame = match touched {
+                Some(by) if by == ar.controller.mac() => CaptureBlame::Controller,
+                Some(_) => CaptureBlame::Network,
+                // It may have been done at the station itself.
+                None => CaptureBlame::Undecided,
+            };
+            Judgement::new(Error, blame, "")
+        }
+        AbortReason::LINK_DOWN => Judgement::new(Error, CaptureBlame::Network, ""),
+        // An alarm cannot be sent where the other side does not acknowledge it.
+        AbortReason::ALARM_SEND => Judgement::new(Error, others, "; the other side did not acknowledge it"),
+        AbortReason::PROTOCOL_VIOLATION | AbortReason::SEQUENCE => Judgement::new(Error, others, ""),
+        AbortReason::RE_RUN => Judgement::new(Warning, others, ""),
+        AbortReason::ABORT_REQUEST | AbortReason::DEVICE_DEACTIVATED => Judgement::new(Warning, own, ""),
+        _ => Judgement::new(Error, own, ""),
+    }
+}
+
+/// Judges an abort because of a watchdog by the frames that are really in the capture; `missed` is the direction of those frames.
+fn consumer_timeout(
+    now: CapturePosition,
+    ar: &ObservedAr,
+    (id, missed): (ArId, FrameDirection),
+    evidence: AbortEvidence<'_>,
+) -> Judgement {
+    use FindingSeverity::{Error, Warning};
+    let who = sender(ar, missed);
+    let stream = ar.stream(missed);
+    let around = evidence.surroundings.around(now, [ar.controller.mac(), ar.device.mac()]);
+    let hint = |text: String| match around.is_empty() {
+        true => text,
+        false => format!("{text}; around it: {}", around.join("; ")),
+    };
+    let undecided = |text: String| Judgement::new(Error, CaptureBlame::Undecided, hint(text));
+    let Some(last) = evidence.accepted.last(id, missed) else {
+        return undecided(format!("; the capture shows no frame of {who} that its receiver accepts")).advice(
+            "The frames did not reach the capture either, or the connection was made before it began.",
+            "Capture again from before the start-up, at the port of the station that ended the connection.",
+        );
+    };
+    let Some(since) = now.since(last) else {
+        let text = format!("; the capture lost frames after the last one of {who}, so nothing is measured");
+        return Judgement::new(Warning, CaptureBlame::Capture, hint(text));
+    };
+    let limit = stream.watchdog + stream.cycle;
+    let is_over = since >= stream.watchdog;
+    let was_interrupted = evidence.accepted.pause_before(id, missed, now, limit);
+    let length = "their length is not the agreed one";
+    let others_came = stream.last.is_some_and(|other| other.since(last.time) > stream.cycle);
+    let refused =
+        evidence.accepted.unacceptable(id, missed).or_else(|| others_came.then_some((last.frame + 1, length)));
+    if let Some((frame, why)) = refused.filter(|_| is_over) {
+        let text =
+            format!("; frames of {who} are in the capture, but since frame {frame} they are not acceptable: {why}");
+        let sender = own(missed);
+        return Judgement::new(Error, sender, hint(text)).advice(
+            format!("A receiver does not take such frames ({why}), so its watchdog expired."),
+            "Look why the sender sends them: its program, its state, its configuration.",
+        );
+    }
+    if since <= limit && was_interrupted.is_none() && !stream.watchdog.is_zero() {
+        let text = format!(
+            "; acceptable frames of {who} are in the capture until {} before it (watchdog {}): the network after the capture point, or \
+             the receiver, undecided",
+            span(since),
+            span(stream.watchdog)
+        );
+        return undecided(text).advice(
+            "The frames were lost between the capture point and the receiver, or the receiver was too busy to take them.",
+            "Capture at the port of the receiver: if the frames are there too, the receiver is the cause; else the network is.",
+        );
+    }
+    let (since, until) = match was_interrupted {
+        Some(pause) if since <= limit => (pause, " long, shortly before it"),
+        _ => (since, " before it"),
+    };
+    let watchdog = match stream.watchdog.is_zero() {
+        true => "the agreed watchdog is not in the capture".to_owned(),
+        false => format!("watchdog {}", span(stream.watchdog)),
+    };
+    let text = match until {
+        " before it" => format!("; the last acceptable frame of {who} is {} before it ({watchdog})", span(since)),
+        _ => format!("; no acceptable frame of {who} for {}{until} ({watchdog})", span(since)),
+    };
+    undecided(text).advice(
+        "Its sender stopped, lost power or its link, or the frames were lost before the capture point.",
+        "Check the power and the link of the sender, and capture at its port.",
+    )
 }

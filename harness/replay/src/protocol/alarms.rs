@@ -1,5 +1,6 @@
 //! Alarms: those not acknowledged, those refused, and diagnoses that are still pending or were read from a record.
 
+use super::advice::{advised, of_alarm, of_channel, of_refusal};
 use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::table::{ALARM_DIAGNOSIS, ALARM_REFUSED, ALARM_UNACKNOWLEDGED};
 use super::text::{of, sender, span, status, times};
@@ -12,6 +13,8 @@ use wire::ethernet::Mac;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority, AlarmType, RtaKind};
 use wire::profinet::diagnosis::{ChannelChange, ChannelDiagnosis, DiagnosisData};
 
+/// No channel error type has these bits and an alarm type in the others.
+const OF_ALARM: u16 = 0xFF00;
 /// RTA acknowledges an alarm within this time, repetitions included.
 const TRANSPORT: Duration = Duration::from_secs(2);
 /// The controller's application acknowledges an alarm within this time.
@@ -120,11 +123,9 @@ impl AlarmCheck {
                 }
                 if let Some(ar) = of(ars, *id).filter(|_| !code.is_ok()) {
                     let text = format!("{} refuses an alarm: {}", sender(ar, FrameDirection::ToDevice), status(code));
-                    findings.add(
-                        ALARM_REFUSED
-                            .finding(FindingSeverity::Warning, CaptureBlame::Controller, now.frame, text)
-                            .ar(*id),
-                    );
+                    let finding =
+                        ALARM_REFUSED.finding(FindingSeverity::Warning, CaptureBlame::Controller, now.frame, text);
+                    findings.add(advised(finding, of_refusal(code, false)).ar(*id));
                 }
             }
             // The connection has ended: nothing more is expected on it.
@@ -172,13 +173,16 @@ impl AlarmCheck {
     }
 
     fn alarm(&mut self, now: CapturePosition, ar: ArId, alarm: &AlarmNotification) {
-        if alarm.alarm_type == AlarmType::PULL && self.faults.len() < MOST {
-            let place = (ar, alarm.slot, alarm.subslot, 0, 0);
-            self.faults.entry(place).or_insert((0, now.frame, None, "module pulled".to_owned())).0 += 1;
+        // The kind of an alarm without channels stands in place of an error type; it is none of those.
+        let place = (ar, alarm.slot, alarm.subslot, 0, OF_ALARM | alarm.alarm_type.0);
+        if let Some((what, ..)) = of_alarm(alarm.alarm_type)
+            && self.faults.len() < MOST
+        {
+            self.faults.entry(place).or_insert((0, now.frame, None, what.to_owned())).0 += 1;
         }
-        if alarm.alarm_type == AlarmType::PLUG {
-            let place = (ar, alarm.slot, alarm.subslot, 0, 0);
-            if let Some(fault) = self.faults.get_mut(&place) {
+        if [AlarmType::PLUG, AlarmType::RELEASED, AlarmType::RETURN_OF_SUBMODULE].contains(&alarm.alarm_type) {
+            let all = (ar, alarm.slot, alarm.subslot, 0, OF_ALARM)..=(ar, alarm.slot, alarm.subslot, 0, u16::MAX);
+            for (_, fault) in self.faults.range_mut(all) {
                 fault.2 = Some(now.frame);
             }
         }
@@ -250,16 +254,30 @@ impl AlarmCheck {
                 ALARM_UNACKNOWLEDGED.finding(FindingSeverity::Error, blame, first, text).ar(id).expected("RTA ACK"),
             );
         }
-        for ((station, slot, subslot, _, error), read) in self.read {
+        // What one answer reports is one finding.
+        let mut answers: BTreeMap<_, Vec<(DiagnosisAddress, ReadDiagnosis)>> = BTreeMap::new();
+        for (address, read) in self.read {
+            answers.entry((address.0, read.first, read.last, read.count)).or_default().push((address, read));
+        }
+        for diagnoses in answers.into_values() {
+            let line = |((_, slot, subslot, ..), read): &(DiagnosisAddress, ReadDiagnosis)| {
+                format!("slot {slot} subslot 0x{subslot:04X}: {}", read.text)
+            };
+            let lines: Vec<String> = diagnoses.iter().map(line).collect();
+            let Some(((station, .., error), read)) = diagnoses.into_iter().next() else { continue };
             let who = read.ar.and_then(|ar| of(ars, ar)).map(|ar| sender(ar, FrameDirection::ToController));
+            let (what, details) = match &lines[..] {
+                [one] => (format!("a diagnosis for {one}"), Vec::new()),
+                several => (format!("{} diagnoses", several.len()), lines),
+            };
             let text = format!(
-                "{} reports a diagnosis for slot {slot} subslot 0x{subslot:04X}: {}; read from record 0x{:04X}{}",
+                "{} reports {what}; read from record 0x{:04X}{}",
                 who.unwrap_or_else(|| format!("device {station}")),
-                read.text,
                 read.index,
                 times(read.count, read.last)
             );
             let finding = ALARM_DIAGNOSIS.finding(FindingSeverity::Warning, blame(error), read.first, text);
+            let finding = advised(finding, of_channel(error)).details(details);
             findings.add(match read.ar {
                 Some(ar) => finding.ar(ar),
                 None => finding,
@@ -276,7 +294,11 @@ impl AlarmCheck {
                 sender(ar, FrameDirection::ToController),
                 if count > 1 { format!(", {count} times") } else { String::new() }
             );
-            findings.add(ALARM_DIAGNOSIS.finding(severity, blame(error), first, text).ar(id));
+            let advice = match error & OF_ALARM {
+                OF_ALARM => of_alarm(AlarmType(error & !OF_ALARM)).map(|(_, cause, next)| (cause, next)),
+                _ => of_channel(error),
+            };
+            findings.add(advised(ALARM_DIAGNOSIS.finding(severity, blame(error), first, text), advice).ar(id));
         }
     }
 }

@@ -1,16 +1,22 @@
 //! Calls: those never answered, those answered late, and those refused, with the reason.
 
+use super::advice::{Advice, advised, of_refusal};
 use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::table::{CALL_FAILED, CALL_SLOW, CALL_UNANSWERED, CAPTURE_GAP, ONE_SIDED, RECORD_REFUSED, START_UNANSWERED};
 use super::text::{device, of, span, status, times};
 use crate::finding::{CaptureBlame, FindingSeverity};
-use judge::observe::{ArId, ArStage, CallPart, Observation, ObservedAr, Traffic};
+use judge::observe::{ArId, ArStage, CallPart, Observation, ObservedAr, Role, Traffic};
 use rustc_hash::FxHashMap;
 use station::Duration;
 use std::collections::BTreeMap;
 use wire::ethernet::Mac;
 use wire::profinet::status::PnioStatus;
 
+/// What a call means that a station does not answer although it goes on with its cyclic frames.
+const STILL_ALIVE: Option<Advice> = Some((
+    "The station goes on with its cyclic frames: its acyclic services hang or are busy, or call or answer were lost.",
+    "Look whether it answers other calls afterwards; if none, report it to its maker with this capture.",
+));
 /// A call that is not answered within this time, while the capture goes on, counts as unanswered.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// An answer later than this is reported as slow.
@@ -76,7 +82,10 @@ impl CallCheck {
                     let (ar, source, destination) = (*ar, *source, *destination);
                     let (first, last) = (now, now);
                     let call = PendingCall { ar, service, source, destination, first, last, again: 0, working: false };
-                    if *service == "Connect" {
+                    let is_access = ar.and_then(|ar| of(ars, ar)).is_some_and(|ar| ar.role == Role::Access);
+                    if *service == "Connect" && is_access {
+                        // It ends nothing of the data exchange.
+                    } else if *service == "Connect" {
                         self.give_up(now, ars, ar, source, destination);
                     } else if let Some(ar) = ar.filter(|ar| of(ars, *ar).is_some_and(|ar| ar.stage == ArStage::Asked)) {
                         self.went_on(now, ar);
@@ -230,10 +239,18 @@ impl CallCheck {
                 _ => CaptureBlame::Device,
             };
             let text = format!("{destination} does not answer {} from {source}{again}{times}", call.service);
-            findings.add(one(
-                check.finding(FindingSeverity::Error, blame, often.first, text).expected("an answer"),
-                call.ar,
-            ));
+            let finding = check.finding(FindingSeverity::Error, blame, often.first, text).expected("an answer");
+            // A station that goes on with its cyclic frames was neither off nor disconnected.
+            let is_alive = ars.iter().any(|ar| {
+                let own = match destination {
+                    mac if ar.device.mac() == mac => &ar.inputs,
+                    mac if ar.controller.mac() == mac => &ar.outputs,
+                    _ => return false,
+                };
+                own.last.is_some_and(|last| last > call.last.time)
+            });
+            let finding = if is_alive { advised(finding, STILL_ALIVE) } else { finding };
+            findings.add(one(finding, call.ar));
         }
         for ((source, destination, service), (often, most, again)) in self.slow {
             let repeated = if again > 0 { format!(", after up to {again} repetitions") } else { String::new() };
@@ -254,20 +271,45 @@ impl CallCheck {
             findings
                 .add(one(CALL_FAILED.finding(FindingSeverity::Warning, blame, often.first, text).observed(why), ar));
         }
-        for ((ar, written, (slot, subslot, index), code), (often, starts)) in self.records {
-            let verb = if written { "write" } else { "read" };
-            let why = status(&PnioStatus::from(code));
-            let text = format!(
-                "{} refuses to {verb} record 0x{index:04X} of slot {slot} subslot 0x{subslot:04X}: {why}{}",
-                device(ars, ar),
-                times(often.count, often.last)
-            );
-            let severity = if written && starts { FindingSeverity::Warning } else { FindingSeverity::Info };
-            findings.add(one(
-                RECORD_REFUSED.finding(severity, CaptureBlame::Controller, often.first, text).observed(why),
-                ar,
-            ));
-        }
+        refused_records(self.records, ars, findings);
+    }
+}
+
+/// Reports the refused records: those of one write request together, and so those that were read and refused for one reason.
+fn refused_records(
+    records: BTreeMap<RecordRefused, (Occurrences, bool)>,
+    ars: &[ObservedAr],
+    findings: &mut FindingList,
+) {
+    let mut requests: BTreeMap<_, Vec<_>> = BTreeMap::new();
+    for ((ar, written, place, code), (often, starts)) in records {
+        let request = if written { (often.first, often.count, 0) } else { (0, 0, code) };
+        requests.entry((ar, written, request)).or_default().push((place, code, often, starts));
+    }
+    for ((ar, written, _), mut records) in requests {
+        records.sort_by_key(|(_, _, often, _)| often.first);
+        let Some((first_place, code, first, _)) = records.first().copied() else { continue };
+        let verb = if written { "write" } else { "read" };
+        let why = status(&PnioStatus::from(code));
+        let record = |(slot, subslot, index): (u16, u16, u16)| {
+            format!("record 0x{index:04X} of slot {slot} subslot 0x{subslot:04X}")
+        };
+        let last = records.iter().map(|(_, _, often, _)| often.last).max().unwrap_or(first.last);
+        let what = match records.len() {
+            1 => format!("{}: {why}{}", record(first_place), times(first.count, last)),
+            several if written => format!("{several} records of one request{}", times(first.count, last)),
+            several => format!("{several} records: {why}; last in frame {last}"),
+        };
+        let text = format!("{} refuses to {verb} {what}", device(ars, ar));
+        let line = |(place, code, ..): &((u16, u16, u16), u32, Occurrences, bool)| {
+            format!("{}: {}", record(*place), status(&PnioStatus::from(*code)))
+        };
+        let details = if records.len() > 1 { records.iter().map(line).collect() } else { Vec::new() };
+        let starts = records.iter().any(|(.., starts)| *starts);
+        let severity = if written && starts { FindingSeverity::Warning } else { FindingSeverity::Info };
+        let finding = RECORD_REFUSED.finding(severity, CaptureBlame::Controller, first.first, text);
+        let finding = advised(finding, of_refusal(&PnioStatus::from(code), false));
+        findings.add(one(finding.details(details).observed(why), ar));
     }
 }
 

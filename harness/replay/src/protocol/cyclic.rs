@@ -1,5 +1,7 @@
 //! Cyclic frames: those missing on the wire or in the capture, sides that fell silent, and cycle counters that count wrongly.
 
+use super::accepted::AcceptedFrames;
+use super::advice::{Advice, advised};
 use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::gaps::{FrameGap, GapList, OFTEN};
 use super::table::{CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ONE_SIDED};
@@ -16,6 +18,14 @@ const MOST_COMPARED: usize = 64;
 const MOST_SILENCES: usize = 1_024;
 /// After this many frames of one direction the capture would show the other one too.
 const ENOUGH: u64 = 10;
+
+/// The unit of the cycle counter in nanoseconds.
+const COUNTER_UNIT_NS: u64 = 31_250;
+/// What a counter that continues by one step means.
+pub(super) const PAUSED: Option<Advice> = Some((
+    "Its stack stalled: its processor was busy, a virtual machine was stopped, or its send cycle was blocked.",
+    "Look what the station did at this time: load, a download, a snapshot of its virtual machine.",
+));
 
 /// The frames of one direction of one connection.
 #[derive(Clone, Debug, Default)]
@@ -40,11 +50,18 @@ struct SilentDirection {
     last: (Option<Time>, Option<Time>),
     /// The number of frames of both.
     frames: (u64, u64),
+    /// The cycle counter of the last frame before the silence, and by how much the first one after it is further.
+    counter: Option<u16>,
+    advanced: Option<u16>,
 }
 
 /// The cyclic frames of a capture.
 #[derive(Debug, Default)]
 pub(super) struct CyclicFlows {
+    /// The frames that their receivers accept.
+    pub accepted: AcceptedFrames,
+    /// Silences whose end is not yet in the capture.
+    open: Vec<usize>,
     flows: Vec<[CyclicFlow; 2]>,
     silences: Vec<SilentDirection>,
 }
@@ -71,6 +88,7 @@ impl CyclicFlows {
                 if self.flows.len() <= index {
                     self.flows.resize(index + 1, <[CyclicFlow; 2]>::default());
                 }
+                self.accepted.take(now, *id, *direction, status);
                 let Some(ar) = ars.get(index) else { return };
                 let stream = ar.stream(*direction);
                 let flow = &mut self.flows[index][*direction as usize];
@@ -90,10 +108,36 @@ impl CyclicFlows {
                 let (silent, loud) = (ar.stream(*direction), ar.stream(other(*direction)));
                 let (last, frames) = ((silent.last, loud.last), (silent.frames, loud.frames));
                 findings.note(now.frame);
-                self.silences.push(SilentDirection { ar: *id, direction: *direction, now, last, frames });
+                self.open.push(self.silences.len());
+                let (ar, direction, counter) = (*id, *direction, silent.last_counter);
+                self.silences.push(SilentDirection { ar, direction, now, last, frames, counter, advanced: None });
             }
             _ => {}
         }
+    }
+
+    /// Notes by how much the counter of a silent direction has advanced when its first frame after the silence comes.
+    #[inline]
+    pub fn frame_done(&mut self, ars: &[ObservedAr]) {
+        if !self.open.is_empty() {
+            self.resumed(ars);
+        }
+    }
+
+    #[cold]
+    fn resumed(&mut self, ars: &[ObservedAr]) {
+        let silences = &mut self.silences;
+        self.open.retain(|at| {
+            let Some(silence) = silences.get_mut(*at) else { return false };
+            let Some(stream) = of(ars, silence.ar).map(|ar| ar.stream(silence.direction)) else { return false };
+            if stream.frames == silence.frames.0 {
+                return true;
+            }
+            if let (Some(before), Some(after)) = (silence.counter, stream.last_counter) {
+                silence.advanced = Some(after.wrapping_sub(before));
+            }
+            false
+        });
     }
 
     pub fn end(self, sight: &CaptureCoverage, ars: &[ObservedAr], findings: &mut FindingList) {
@@ -202,6 +246,15 @@ fn silent(silence: &SilentDirection, ars: &[ObservedAr], findings: &mut FindingL
     let ended = ar.abort.is_some();
     // A side that misses frames for longer than the watchdog ends the connection; a side that goes on has received them.
     let unheeded = loud.last.is_some_and(|loud| loud.since(last) > stream.watchdog * UNHEEDED);
+    let step = u64::try_from(stream.cycle.as_nanos()).unwrap_or_default() / COUNTER_UNIT_NS;
+    if silence.advanced.is_some_and(|advanced| step > 0 && u64::from(advanced) == step) {
+        let text = format!(
+            "{who} paused for longer than the watchdog of {limit}: after it its cycle counter continues by one step, so it sent no frame \
+             in between"
+        );
+        findings.add(advised(CYCLE_SILENT.finding(FindingSeverity::Error, own(direction), frame, text), PAUSED).ar(id));
+        return;
+    }
     if resumed == (true, true) && !waited {
         let text = format!(
             "no frame of {who} and of the other side for longer than the watchdog of {limit}, then both go on: the capture has a \
@@ -212,20 +265,17 @@ fn silent(silence: &SilentDirection, ars: &[ObservedAr], findings: &mut FindingL
         let text = format!(
             "no frame of {who} for longer than the watchdog of {limit}, but the other side goes on: the capture lost the frames, or \
      the other side has no working watchdog"
-        );
+        ) + counter_says(silence);
         findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, CaptureBlame::Capture, frame, text).ar(id));
     } else if waited || ended || resumed.1 {
-        // Loss of power, a pulled cable and a crash of a device cannot be distinguished; a controller that stops does so by itself.
-        let (severity, blame) = match (direction, ended) {
-            (_, false) => (FindingSeverity::Warning, CaptureBlame::Network),
-            (FrameDirection::ToController, true) => (FindingSeverity::Error, CaptureBlame::Network),
-            (FrameDirection::ToDevice, true) => (FindingSeverity::Error, CaptureBlame::Controller),
-        };
+        // Loss of power, a pulled cable and a crash cannot be distinguished.
+        let severity = if ended { FindingSeverity::Error } else { FindingSeverity::Warning };
+        let blame = CaptureBlame::Undecided;
         let text = format!(
             "{who} sent its last cyclic frame {} before this one (watchdog {limit}), while the other side went on for {}",
             span(silence.now.time.since(last)),
             span(after)
-        );
+        ) + counter_says(silence);
         findings.add(CYCLE_SILENT.finding(severity, blame, frame, text).ar(id));
     } else {
         let text = format!(
@@ -233,6 +283,24 @@ fn silent(silence: &SilentDirection, ars: &[ObservedAr], findings: &mut FindingL
              interrupted, or the capture ended for them"
         );
         findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, CaptureBlame::Capture, frame, text).ar(id));
+    }
+}
+
+/// What the cycle counter after a silence says.
+fn counter_says(silence: &SilentDirection) -> &'static str {
+    match silence.advanced {
+        Some(_) => {
+            "; its cycle counter then went on with the time, which it does whether frames were sent and lost or not sent"
+        }
+        None => "",
+    }
+}
+
+/// The party that sends in a direction.
+fn own(direction: FrameDirection) -> CaptureBlame {
+    match direction {
+        FrameDirection::ToController => CaptureBlame::Device,
+        FrameDirection::ToDevice => CaptureBlame::Controller,
     }
 }
 

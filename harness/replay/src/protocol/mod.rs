@@ -6,7 +6,10 @@
 //! must not know manuals or rules.
 
 mod abort;
+mod accepted;
+mod advice;
 mod alarms;
+mod answers;
 mod bus;
 mod calls;
 mod coverage;
@@ -18,6 +21,7 @@ mod start;
 mod stations;
 mod status;
 mod streams;
+mod surroundings;
 pub mod table;
 mod text;
 mod topology;
@@ -54,12 +58,17 @@ pub(super) struct ProtocolChecks {
     slaves: slaves::PolledSlaves,
     diagnosis: diagnosis::SlaveDiagnoses,
     bus: bus::TokenRing,
+    surroundings: surroundings::Surroundings,
+    answers: answers::AnswerCheck,
 }
 
 impl ProtocolChecks {
     /// A frame begins: its number from 1, its time, and its bytes as captured.
-    pub fn begin(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8]) {
+    ///
+    /// `is_cut`: the capture kept only a part of it.
+    pub fn begin(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8], is_cut: bool) {
         self.sight.frame(number, time);
+        self.answers.begin(is_cut);
         if bus.is_profibus() {
             return;
         }
@@ -71,12 +80,23 @@ impl ProtocolChecks {
             EtherType::PROFINET if is_alarm(payload) => self.streams.called(self.sight.now, header.source),
             EtherType::ARP => {
                 if let Ok(arp) = Arp::parse(payload) {
-                    self.stations.arp(self.sight.now, &arp, &mut self.findings);
+                    self.surroundings.arp(self.sight.now, header.source, &arp, &mut self.findings);
+                    let claims = self.stations.arp(self.sight.now, &arp, &mut self.findings);
+                    if let Some(other) = claims {
+                        self.surroundings.duplicate(self.sight.now, (arp.sender_mac, other), arp.sender_ip);
+                    }
                 }
             }
             _ => {}
         }
+        self.surroundings.frame(self.sight.now, &header, &mut self.findings);
         self.sight.note_frame(header.source, header.destination);
+    }
+
+    /// All observations of a frame were passed on.
+    #[inline]
+    pub fn frame_done(&mut self, ars: &[ObservedAr]) {
+        self.cyclic.frame_done(ars);
     }
 
     /// The capture is damaged here: frames may be missing.
@@ -89,6 +109,7 @@ impl ProtocolChecks {
     pub fn observe(&mut self, bus: Bus, ars: &[ObservedAr], observation: &Observation<'_>) {
         let ProtocolChecks { sight, findings, .. } = self;
         if bus.is_profibus() {
+            self.answers.observe(sight.now, observation, findings);
             self.slaves.observe(sight.now, ars, observation, findings);
             self.diagnosis.observe(sight.now, ars, observation, findings);
             self.bus.observe(sight.now, observation);
@@ -103,7 +124,10 @@ impl ProtocolChecks {
             self.streams.observe(sight.now, observation, findings);
             return;
         }
-        self.abort.observe(sight.now, ars, observation, findings);
+        self.streams.identify(observation);
+        self.answers.observe(sight.now, observation, findings);
+        let evidence = abort::AbortEvidence { accepted: &self.cyclic.accepted, surroundings: &self.surroundings };
+        self.abort.observe(sight.now, ars, observation, evidence, findings);
         self.start.observe(sight.now, ars, observation, findings);
         self.calls.observe(sight.now, ars, observation, findings);
         self.cyclic.observe(sight.now, ars, observation, findings);
@@ -146,6 +170,8 @@ impl ProtocolChecks {
         self.slaves.end(sight.now, slaves.ars(), &mut findings);
         self.diagnosis.end(slaves.ars(), &mut findings);
         self.bus.end(slaves.counts(), &mut findings);
+        self.surroundings.end(&mut findings);
+        self.answers.end(ars, slaves.ars(), &mut findings);
         let counts = tracker.counts();
         let shows_nothing = counts.profinet == 0 && counts.rpc.is_empty() && slaves.counts().frames == 0;
         // Neighbours and addresses can be judged without a PROFINET frame. An empty capture must not pass as a conforming device.

@@ -2,7 +2,8 @@
 
 use super::coverage::{CapturePosition, FindingList};
 use super::table::{
-    DP_ADDRESS, DP_LEFT, DP_OTHER_MASTER, DP_REFUSED, DP_REPEATED, DP_SILENT, DP_UNANSWERED, DP_WATCHDOG,
+    DP_ADDRESS, DP_ADDRESS_IGNORED, DP_LEFT, DP_OTHER_MASTER, DP_REFUSED, DP_REPEATED, DP_SILENT, DP_UNANSWERED,
+    DP_WATCHDOG,
 };
 use super::text::{of, span, times};
 use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
@@ -63,6 +64,21 @@ pub(super) struct PolledSlaves {
     /// Number of frames lost or unreadable so far.
     disturbed: u64,
     refused: BTreeMap<RefusedService, (u64, u64, u64)>,
+    /// Addresses that slaves acknowledged.
+    given: BTreeMap<u8, GivenAddress>,
+    /// The ident number in the last diagnosis of each station.
+    idents: BTreeMap<u8, u16>,
+}
+
+/// An address that a slave acknowledged.
+#[derive(Clone, Copy, Debug)]
+struct GivenAddress {
+    new: u8,
+    frame: u64,
+    /// The ident number in the request.
+    ident: u16,
+    /// How often the old address and the new one answered afterwards.
+    answers: (u64, u64),
 }
 
 impl PolledSlaves {
@@ -124,6 +140,12 @@ impl PolledSlaves {
         // A master searches for stations by requesting the FDL status of every address.
         if matches!(service, SapService::Link(_) | SapService::MasterMaster) {
             return;
+        }
+        if part == PollPart::Answered {
+            for (old, given) in self.given.iter_mut() {
+                given.answers.0 += u64::from(*old == station);
+                given.answers.1 += u64::from(given.new == station);
+            }
         }
         let slave = self.slaves.entry(station).or_default();
         let polls = &mut slave.polls;
@@ -205,7 +227,12 @@ impl PolledSlaves {
                     slave.master = None;
                 }
             }
-            Dp::AddressGiven { master, station, address, .. } => {
+            Dp::AddressGiven { master, station, address, ident } => {
+                if station != address && self.given.len() < MOST {
+                    findings.note(now.frame);
+                    let (new, frame) = (address, now.frame);
+                    self.given.insert(station, GivenAddress { new, frame, ident, answers: (0, 0) });
+                }
                 let slave = self.slaves.entry(station).or_default();
                 let stands = slave.ar.and_then(|ar| of(ars, ar)).is_some_and(|ar| ar.stage == ArStage::Ready);
                 if stands {
@@ -223,6 +250,7 @@ impl PolledSlaves {
             Dp::Diagnosis { station, octets, .. } => {
                 // The diagnosis that shows the end is observed before the end itself.
                 let Ok(diag) = SlaveDiag::parse(octets) else { return };
+                self.idents.insert(station, diag.ident);
                 let Some(id) = ar.filter(|ar| of(ars, *ar).is_some_and(|ar| ar.stage == ArStage::Ready)) else {
                     return;
                 };
@@ -363,6 +391,25 @@ impl PolledSlaves {
                     None,
                 ));
             }
+        }
+        for (old, GivenAddress { new, frame, ident, answers }) in self.given {
+            // The answer that acknowledged it does not count.
+            if answers.0 < OFTEN || answers.1 > 0 {
+                continue;
+            }
+            let (own, blame) = match self.idents.get(&old) {
+                Some(own) if *own != ident => {
+                    let own = format!("; its ident number is 0x{own:04X}, the one in the request 0x{ident:04X}");
+                    (own, CaptureBlame::Controller)
+                }
+                _ => (String::new(), CaptureBlame::Undecided),
+            };
+            let text = format!(
+                "slave {old} acknowledged the address {new}, but goes on to answer at {old} ({} times), and {new} never answers{own}",
+                answers.0
+            );
+            let finding = DP_ADDRESS_IGNORED.finding(FindingSeverity::Warning, blame, frame, text);
+            findings.add(on_bus(finding.expected(format!("answers at address {new}")), None));
         }
         for ((ar, service, why), (count, first, last)) in self.refused {
             let who =

@@ -1,5 +1,7 @@
 //! Start-up: Connect, parameters, end of parameters, ApplicationReady; steps that came late, in a wrong order, or never.
 
+use super::abort::is_deliberate;
+use super::advice::{advised, of_refusal};
 use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::table::{START_AGAIN, START_INCOMPLETE, START_MODULES, START_ORDER, START_REFUSED, START_SLOW};
 use super::text::{of, sender, span, status, times};
@@ -145,8 +147,8 @@ fn pair(ar: &ObservedAr) -> DevicePair {
 pub(super) struct StartUpCheck {
     /// The start-ups that have not ended.
     known: BTreeMap<ArId, OpenStartUp>,
-    /// The refusals by controller, device and status.
-    refused: BTreeMap<(Mac, Mac, u32), ConnectRefusals>,
+    /// The refusals by controller, device, status, and whether the connection was for access to records.
+    refused: BTreeMap<(Mac, Mac, u32, bool), ConnectRefusals>,
     /// How often a connection of a pair broke, and the first of these.
     broken: BTreeMap<DevicePair, (u32, ArId, u64)>,
     /// How often a pair connected again although its connection had not ended, with the first and the last frame.
@@ -171,11 +173,16 @@ impl StartUpCheck {
             Observation::Traffic(Traffic::ModulesDiffer { ar, diff }) => modules(now, ars, *ar, diff, findings),
             Observation::ConnectRefused { ar: id, status } => {
                 if let Some(ar) = of(ars, *id) {
-                    let key = (ar.controller.mac(), ar.device.mac(), u32::from(*status));
+                    let key = (ar.controller.mac(), ar.device.mac(), u32::from(*status), ar.role == Role::Access);
                     if !self.refused.contains_key(&key) {
                         findings.note(now.frame);
                     }
-                    let held = self.accepted.get(&pair(ar)).filter(|(_, when)| now.since(*when).is_some());
+                    let is_access = ar.role == Role::Access;
+                    let held = self
+                        .accepted
+                        .get(&pair(ar))
+                        .filter(|_| !is_access)
+                        .filter(|(_, when)| now.since(*when).is_some());
                     let held = held.and_then(|(held, _)| of(ars, *held)).filter(|held| held.stage.stands());
                     let (id, frame) = (*id, now.frame);
                     let first = ConnectRefusals { id, count: 0, first: frame, last: frame, held: None };
@@ -193,8 +200,8 @@ impl StartUpCheck {
             }
             Observation::Aborted { ar, direction, status } => {
                 let Some(known) = of(ars, *ar) else { return };
-                // After a Release an ERR-RTA only closes the alarm endpoint.
-                if known.release_frame.is_none() {
+                // After a Release an ERR-RTA only closes the alarm endpoint, and a controller may end the connection on purpose.
+                if !is_deliberate(known, *direction, status) {
                     self.broke(known, *ar, now);
                 }
                 self.ended(now, ars, *ar, &StartUpEnd::Aborted(*direction, *status), findings);
@@ -318,7 +325,7 @@ impl StartUpCheck {
             // Loss of power and a pulled cable cannot be distinguished.
             StartUpEnd::Silent(by) => {
                 let how = format!("{} sent no cyclic frames for longer than the watchdog", sender(ar, *by));
-                (how, FindingSeverity::Warning, CaptureBlame::Network)
+                (how, FindingSeverity::Warning, CaptureBlame::Undecided)
             }
         };
         // A side that had no time for the next step is not to blame for it.
@@ -326,7 +333,7 @@ impl StartUpCheck {
             blame = match end {
                 StartUpEnd::Left(_) | StartUpEnd::Aborted(FrameDirection::ToDevice, _) => CaptureBlame::Controller,
                 StartUpEnd::Aborted(FrameDirection::ToController, _) => CaptureBlame::Device,
-                StartUpEnd::Silent(_) => CaptureBlame::Network,
+                StartUpEnd::Silent(_) => CaptureBlame::Undecided,
             };
         }
         let own = matches!(
@@ -372,20 +379,29 @@ impl StartUpCheck {
             }
             findings.add(incomplete(severity, blame, at.frame, text).ar(*id).expected(missing));
         }
-        for ((_, _, code), ConnectRefusals { id, count, first, last, held }) in self.refused {
+        for ((_, _, code, _), ConnectRefusals { id, count, first, last, held }) in self.refused {
             let Some(ar) = of(ars, id) else { continue };
             let why = status(&PnioStatus::from(code));
             let mut text = format!(
-                "{} refuses the connection from {}: {why}{}",
+                "{} refuses the connection from {}{}: {why}{}",
                 sender(ar, FrameDirection::ToController),
                 sender(ar, FrameDirection::ToDevice),
+                if ar.role == Role::Access { " for access to its records, which no data exchange needs" } else { "" },
                 times(count, last)
             );
             if let Some((made, frame)) = held {
                 text += &format!("; the connection requested in frame {made} was not released before frame {frame}");
             }
-            let finding = START_REFUSED.finding(FindingSeverity::Error, CaptureBlame::Controller, first, text).ar(id);
-            let finding = match held {
+            // A connection for access to records is none of the data exchange, which goes on.
+            let is_access = ar.role == Role::Access;
+            let (severity, blame) = match is_access {
+                true => (FindingSeverity::Warning, CaptureBlame::Undecided),
+                false => (FindingSeverity::Error, CaptureBlame::Controller),
+            };
+            let finding = START_REFUSED.finding(severity, blame, first, text).ar(id);
+            let finding = advised(finding, of_refusal(&PnioStatus::from(code), is_access));
+            // What the device held before it refused for the first time explains the refusals.
+            let finding = match held.filter(|(made, _)| *made < first) {
                 Some((made, _)) => finding
                     .cause(format!(
                         "The device still holds the connection of frame {made}; it ends when the watchdog expires."

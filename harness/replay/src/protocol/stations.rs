@@ -75,19 +75,21 @@ pub(super) struct StationCheck {
 }
 
 impl StationCheck {
-    /// Takes in an ARP packet.
-    pub fn arp(&mut self, now: CapturePosition, arp: &Arp, findings: &mut FindingList) {
+    /// Takes in an ARP packet; returns the other station that claims the address, the first time that both do.
+    pub fn arp(&mut self, now: CapturePosition, arp: &Arp, findings: &mut FindingList) -> Option<Mac> {
         if arp.sender_ip.is_unspecified() || arp.sender_mac.is_group() {
-            return;
+            return None;
         }
-        self.address(now, arp.sender_mac, arp.sender_ip, findings);
+        self.address(now, arp.sender_mac, arp.sender_ip, findings)
     }
 
-    fn address(&mut self, now: CapturePosition, mac: Mac, ip: Ipv4Addr, findings: &mut FindingList) {
-        if let Some((other, frame)) = claim(&mut self.addresses, ip, mac, now) {
+    fn address(&mut self, now: CapturePosition, mac: Mac, ip: Ipv4Addr, findings: &mut FindingList) -> Option<Mac> {
+        let claimed = claim(&mut self.addresses, ip, mac, now);
+        if let Some((other, frame)) = claimed {
             let text = format!("{mac} (frame {}) and {other} (frame {frame}) both use the IP address {ip}", now.frame);
             findings.add(ADDRESS_DUPLICATE.finding(FindingSeverity::Error, CaptureBlame::Network, now.frame, text));
         }
+        claimed.map(|(other, _)| other)
     }
 
     pub fn observe(

@@ -1,8 +1,9 @@
 //! The status next to the cyclic data: STOP, problem, invalid; bad IOPS and IOCS of submodules.
 
+use super::advice::{Advice, advised};
 use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::table::{
-    ProtocolCheck, STATUS_BAD_CONSUMER, STATUS_BAD_PROVIDER, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP,
+    ODD_FRAME, ProtocolCheck, STATUS_BAD_CONSUMER, STATUS_BAD_PROVIDER, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP,
 };
 use super::text::{of, sender, span};
 use crate::finding::{CaptureBlame, FindingSeverity};
@@ -11,8 +12,31 @@ use station::Duration;
 use std::collections::BTreeMap;
 use wire::profinet::rt::{DataStatus, IoxS};
 
+/// What to read when a device reports a problem.
+pub(super) const READ_DIAGNOSIS: Option<Advice> = Some((
+    "A diagnosis is pending at the device, or at a module of it.",
+    "Read its diagnosis: record 0xF80C for the whole device, 0x800C for a subslot; and the alarms before this frame.",
+));
+
+/// What STOP of a device means.
+const APPLICATION_STOPPED: Option<Advice> = Some((
+    "The application of the device was stopped, restarts, or has a fault.",
+    "Read its diagnosis and look at its LEDs; compare the alarms before this frame.",
+));
+/// What STOP of a controller means.
+const PROGRAM_STOPPED: Option<Advice> = Some((
+    "The program of the controller was stopped: by its switch, by an engineering tool, or by an error.",
+    "Read the entries of the controller's diagnostic buffer from this time.",
+));
+
 /// After ApplicationReady both sides may need a few cycles until their data are good.
 const GRACE: Duration = Duration::from_secs(1);
+/// In a running machine what lasts longer than so many watchdogs is an error.
+const WATCHDOGS: u32 = 3;
+/// The longest watchdog of PROFINET (IEC 61158-6-10), where the agreed one is not in the capture.
+const LONGEST_WATCHDOG: Duration = Duration::from_millis(1_920);
+/// So many single odd frames are no accident.
+const OFTEN: u64 = 3;
 /// Upper limit of the checked submodules of one connection.
 const MOST_SUBMODULES: usize = 64;
 /// Upper limit of the remembered states.
@@ -57,8 +81,9 @@ struct StatusPeriods {
 
 #[derive(Clone, Copy, Debug)]
 struct StatusWatch {
-    /// The first frame that counts.
+    /// The first frame that counts, and the last one.
     begun: CapturePosition,
+    last: CapturePosition,
     state: BadStatuses,
 }
 
@@ -87,6 +112,11 @@ impl StatusChecks {
         if ar.stage != ArStage::Ready && ar.connect_frame.is_some() {
             return;
         }
+        // Ignore says that the status may not be evaluated; which of a redundant pair is the backup only the Connect says.
+        let is_backup = ar.connect_frame.is_none() && !status.data_status.has(DataStatus::PRIMARY);
+        if status.data_status.has(DataStatus::IGNORE) || is_backup {
+            return;
+        }
         let index = id.0 as usize;
         if self.watches.len() <= index {
             self.watches.resize(index + 1, [None; 2]);
@@ -94,13 +124,32 @@ impl StatusChecks {
         let watch = &mut self.watches[index][*direction as usize];
         let state = BadStatuses::of(ar, *direction, data, status.data_status);
         match watch {
-            Some(watch) if watch.state == state => return,
-            Some(watch) => watch.state = state,
-            None => *watch = Some(StatusWatch { begun: now, state }),
+            Some(watch) => {
+                let (before, known) = (watch.last, watch.state);
+                (watch.last, watch.state) = (now, state);
+                if before.piece != now.piece {
+                    self.restart((*id, *direction), now);
+                }
+                if known == state {
+                    return;
+                }
+            }
+            None => *watch = Some(StatusWatch { begun: now, last: now, state }),
         }
+        let watch = &self.watches[index][*direction as usize];
         let begun = watch.map_or(now, |watch| watch.begun);
         if self.changed((now, begun), ar, (*id, *direction), *at, data.len(), state) {
             findings.note(now.frame);
+        }
+    }
+
+    /// Nothing is measured across a hole of the capture: what lasts begins again after it.
+    #[cold]
+    fn restart(&mut self, (id, direction): (ArId, FrameDirection), now: CapturePosition) {
+        let to_device = direction == FrameDirection::ToDevice;
+        let own = self.spells.iter_mut().filter(|((of, to, _), _)| (*of, *to) == (id, to_device));
+        for spell in own.filter_map(|(_, spell)| spell.since.as_mut()) {
+            *spell = now;
         }
     }
 
@@ -150,7 +199,7 @@ impl StatusChecks {
                 }
                 (false, Some(spell)) => {
                     if let Some(since) = spell.since.take() {
-                        spell.longest = spell.longest.max(now.time.since(since.time));
+                        spell.longest = spell.longest.max(now.since(since).unwrap_or_default());
                         spell.ended = now.frame;
                     }
                 }
@@ -161,18 +210,23 @@ impl StatusChecks {
     }
 
     pub fn end(self, _sight: &CaptureCoverage, ars: &[ObservedAr], findings: &mut FindingList) {
+        let mut odd: BTreeMap<(ArId, bool, u64), Vec<&'static str>> = BTreeMap::new();
         for ((id, to_device, wrong), spell) in &self.spells {
             let Some(ar) = of(ars, *id) else { continue };
             let direction = if *to_device { FrameDirection::ToDevice } else { FrameDirection::ToController };
-            let last = ar.stream(direction).last.unwrap_or_default();
-            let open = spell.since.map(|since| last.since(since.time));
+            let watch = self.watches.get(id.0 as usize).and_then(|of| of[direction as usize]);
+            let last = watch.map_or_else(CapturePosition::default, |watch| watch.last);
+            let open = spell.since.map(|since| last.since(since).unwrap_or_default());
             let lasted = open.map_or(spell.longest, |open| open.max(spell.longest));
             if spell.from_the_start && spell.count == 1 && lasted < GRACE && ar.connect_frame.is_some() {
                 continue;
             }
-            // A status in a single frame may be damage of the file.
+            // A status in a single frame may be damage of the file. At the end of the capture nothing says how long it lasts.
             let cycle = ar.stream(direction).cycle;
-            if spell.longest.max(lasted) * 2 < cycle * 3 {
+            if spell.longest.max(lasted) * 2 < cycle * 3 && (open.is_some() || spell.count < OFTEN) {
+                if open.is_none() {
+                    odd.entry((*id, *to_device, spell.first.frame)).or_default().push(wrong.words());
+                }
                 continue;
             }
             let has = |wrong: BadStatus| self.spells.contains_key(&(*id, *to_device, wrong));
@@ -186,17 +240,52 @@ impl StatusChecks {
                 {
                     continue;
                 }
-                (BadStatus::Stop, true) => (STATUS_STOP, FindingSeverity::Info),
-                (BadStatus::Stop, false) => (STATUS_STOP, FindingSeverity::Warning),
-                (BadStatus::Problem, true) => (STATUS_PROBLEM, FindingSeverity::Info),
-                (BadStatus::Problem, false) => (STATUS_PROBLEM, FindingSeverity::Warning),
-                (BadStatus::Invalid, _) => (STATUS_INVALID, FindingSeverity::Warning),
+                (BadStatus::Stop, true) => (STATUS_STOP, of_running(ar, spell, lasted, FindingSeverity::Info)),
+                (BadStatus::Stop, false) => (STATUS_STOP, of_running(ar, spell, lasted, FindingSeverity::Warning)),
+                (BadStatus::Problem, _) => (STATUS_PROBLEM, FindingSeverity::Warning),
+                (BadStatus::Invalid, _) => (STATUS_INVALID, of_running(ar, spell, lasted, FindingSeverity::Warning)),
                 (BadStatus::Provider(_), true) => (STATUS_BAD_PROVIDER, FindingSeverity::Info),
                 (BadStatus::Provider(_), false) => (STATUS_BAD_PROVIDER, FindingSeverity::Warning),
                 (BadStatus::Consumer(_), true) => (STATUS_BAD_CONSUMER, FindingSeverity::Info),
                 (BadStatus::Consumer(_), false) => (STATUS_BAD_CONSUMER, FindingSeverity::Warning),
             };
             report_period(check, severity, (ar, *id, direction), *wrong, (spell, lasted, open.is_some()), findings);
+        }
+        for ((id, to_device, frame), what) in odd {
+            let Some(ar) = of(ars, id) else { continue };
+            let direction = if to_device { FrameDirection::ToDevice } else { FrameDirection::ToController };
+            let text = format!(
+                "a single frame of {} {}; the capture may be damaged here",
+                sender(ar, direction),
+                what.join(", and ")
+            );
+            findings.add(ODD_FRAME.finding(FindingSeverity::Warning, CaptureBlame::Capture, frame, text).ar(id));
+        }
+    }
+}
+
+/// The severity of STOP or invalid data: an error if they last in a machine that ran, or whose start is not in the capture.
+fn of_running(ar: &ObservedAr, spell: &StatusPeriods, lasted: Duration, otherwise: FindingSeverity) -> FindingSeverity {
+    let watchdog = ar.inputs.watchdog.max(ar.outputs.watchdog);
+    let watchdog = if watchdog.is_zero() { LONGEST_WATCHDOG } else { watchdog };
+    // A controller in STOP also connects, and one that stops releases its devices afterwards.
+    let never_ran = spell.from_the_start && spell.count == 1 && ar.connect_frame.is_some();
+    let is_end = spell.since.is_some() && ar.release_frame.is_some();
+    match lasted > watchdog * WATCHDOGS && !never_ran && !is_end {
+        true => FindingSeverity::Error,
+        false => otherwise,
+    }
+}
+
+impl BadStatus {
+    /// What a single frame with this status says, as a predicate.
+    fn words(self) -> &'static str {
+        match self {
+            BadStatus::Stop => "is in STOP state",
+            BadStatus::Problem => "reports a problem",
+            BadStatus::Invalid => "marks its data as invalid",
+            BadStatus::Provider(_) => "marks the data of a submodule as bad",
+            BadStatus::Consumer(_) => "does not accept the data of a submodule",
         }
     }
 }
@@ -233,12 +322,22 @@ fn report_period(
     };
     let who = sender(ar, direction);
     let blame = match direction {
+        _ if wrong == BadStatus::Problem => CaptureBlame::Undecided,
         FrameDirection::ToController => CaptureBlame::Device,
         FrameDirection::ToDevice => CaptureBlame::Controller,
     };
-    let text = format!("{who} {what} {from}, {until}; longest duration {}", span(lasted));
-    findings
-        .add(check.finding(severity, blame, spell.first.frame, text).ar(id).at(spell.octet, bit).expected(expected));
+    let mut text = format!("{who} {what} {from}, {until}; longest duration {}", span(lasted));
+    if (wrong, direction) == (BadStatus::Stop, FrameDirection::ToDevice) {
+        text.push_str("; that its controller stands is a fact about the machine and no fault of the device");
+    }
+    let finding =
+        check.finding(severity, blame, spell.first.frame, text).ar(id).at(spell.octet, bit).expected(expected);
+    findings.add(match (wrong, direction) {
+        (BadStatus::Problem, FrameDirection::ToController) => advised(finding, READ_DIAGNOSIS),
+        (BadStatus::Stop, FrameDirection::ToController) => advised(finding, APPLICATION_STOPPED),
+        (BadStatus::Stop, FrameDirection::ToDevice) => advised(finding, PROGRAM_STOPPED),
+        _ => finding,
+    });
 }
 
 /// The offsets of provider and consumer status of a submodule in the frames of a direction.

@@ -37,7 +37,7 @@ macro_rules! checks {
     ($($NAME:ident $id:literal $sentence:literal $cause:literal $next:literal;)+) => {
         $(
             #[doc = $sentence]
-            pub(super) const $NAME: &ProtocolCheck = &ProtocolCheck { id: $id, sentence: $sentence, cause: $cause, next: $next };
+            pub(crate) const $NAME: &ProtocolCheck = &ProtocolCheck { id: $id, sentence: $sentence, cause: $cause, next: $next };
         )+
 
         /// All checks, those of PROFINET first.
@@ -76,6 +76,9 @@ checks! {
     CALL_FAILED "PN-CALL-FAILED" "A call failed."
         "The station does not accept this call in its present state."
         "Look up the status in the manual and read the frames before this one.";
+    ANSWER_MALFORMED "PN-ANSWER-MALFORMED" "An answer is empty or cannot be read."
+        "A bug in the stack of the station that answered."
+        "Report it to the maker of that stack and attach this capture.";
     RECORD_REFUSED "PN-RECORD-REFUSED" "A record was refused."
         "The record does not exist in this slot and subslot, or its length or values are not allowed."
         "Compare slot, index and contents with the GSDML and the manual of the device.";
@@ -121,6 +124,12 @@ checks! {
     ADDRESS_DUPLICATE "PN-ADDRESS-DUPLICATE" "Two stations have the same IP address."
         "The address was assigned twice by hand, or a DHCP server assigns addresses that the controller uses too."
         "Find both by their MAC addresses and change one.";
+    ADDRESS_FORGED "PN-ADDRESS-FORGED" "A station sends frames with the address of another one."
+        "A station that redirects or scans the network, a loop, or two stations with one MAC address."
+        "Find the sender at the switch (its table of MAC addresses) and disconnect it.";
+    FLOOD "PN-NETWORK-FLOOD" "A station floods the network with frames."
+        "A loop in the network, a scan, or a faulty station."
+        "Find the sender at the switch by its port counters, and limit the load of that port.";
     NAME_INVALID "PN-NAME-INVALID" "A station has a name that PROFINET does not allow."
         "A tool that does not check names assigned it, or it is a factory name."
         "Give it a name of lower-case letters, digits, hyphens and dots; a controller may not find it by the present one.";
@@ -148,6 +157,9 @@ checks! {
     CAPTURE_GAP "PN-CAPTURE-GAP" "The capture has a gap, or does not show all frames."
         "The recorder or the mirror port did not keep up, or their link was interrupted."
         "Capture again with a tap or with less load. The gap is not judged.";
+    ODD_FRAME "PN-CAPTURE-ODD-FRAME" "A single frame contradicts those before and after it."
+        "A bit that the recorder or the file has changed; its sender may also have sent it once."
+        "Look whether it happens again in a longer capture: then its sender is the cause.";
     NOTHING "PN-CAPTURE-NOTHING" "The capture has no PROFINET and no PROFIBUS frame."
         "It was taken at the wrong interface, at a switch port that is not mirrored, or with a filter."
         "Capture without a filter, at a mirror port of the switch next to the device or with a tap.";
@@ -193,6 +205,18 @@ checks! {
     DP_ADDRESS "DP-ADDRESS-GIVEN" "A slave in data exchange was given another address."
         "An engineering tool addressed the wrong slave."
         "Find the master that sent it.";
+    DP_ADDRESS_IGNORED "DP-ADDRESS-IGNORED" "A slave acknowledged another address and kept its own."
+        "The slave may not change its address any more (No_Add_Chg), its address is set by switches, or it has a bug."
+        "Read in its manual how its address is set, and compare the ident number in the request with that of the slave.";
+    DP_INPUT_LENGTH "DP-INPUT-LENGTH" "A slave sends another number of input bytes than its accepted configuration has."
+        "A bug in the slave: it acknowledged the configuration in Chk_Cfg."
+        "Compare Chk_Cfg with these answers, and report it to the maker of the slave with this capture.";
+    DP_FIXED_BIT "DP-DIAGNOSIS-FIXED-BIT" "A diagnosis lacks the bit that is always 1."
+        "A bug in the slave: bit 2 of the second byte of Slave_Diag is fixed."
+        "Report it to the maker of the slave and attach this capture.";
+    DP_WRONG_ANSWER "DP-ANSWER-WRONG" "A slave answers from another SAP than the requested one, or to another station."
+        "A bug in the slave, or two stations with one address."
+        "Disconnect the slave and check whether this address still answers.";
     DP_DAMAGED "DP-FRAME-DAMAGED" "Frames on the bus are damaged."
         "Disturbances, bad termination, two stations with one address, or the wrong baud rate at the recorder."
         "Check whether most of them belong to one station, and measure the bus there.";

@@ -7,6 +7,7 @@ pub(super) mod damage;
 pub(super) mod order;
 pub(super) mod reassembly;
 
+use super::layout_guess::StationIdentity;
 use super::report::{CaptureReport, ReplayReport};
 use std::fs::File;
 use std::io::{self, Read};
@@ -103,11 +104,16 @@ fn file(name: &str, manuals: &[Manual], progress: ProgressCallback<'_>) -> Resul
             frames = read;
         }
     };
+    let mut read = |input: &mut dyn Read, identities: &[StationIdentity]| {
+        super::capture_with(name, CountedReader(input, &octets), manuals, identities, &mut report_progress)
+    };
     let report = match name {
-        "-" => super::capture_with(name, CountedReader(io::stdin().lock(), &octets), manuals, &mut report_progress),
-        _ => File::open(name)
-            .map_err(NotACapture::from)
-            .and_then(|file| super::capture_with(name, CountedReader(file, &octets), manuals, &mut report_progress)),
+        "-" => read(&mut io::stdin().lock(), &[]).map(|(report, _)| report),
+        _ => File::open(name).map_err(NotACapture::from).and_then(|mut file| match read(&mut file, &[])? {
+            (report, late) if late.is_empty() => Ok(report),
+            // A later frame says what a station is: its manual holds from the first frame on.
+            (_, late) => Ok(read(&mut File::open(name)?, &late)?.0),
+        }),
     };
     report.map_err(|why| CannotReplay { file: name.to_owned(), why })
 }

@@ -7,6 +7,9 @@ use rstest::rstest;
 use station::{Duration, Time};
 use virtual_wire::capture::{CaptureItem, LinkType};
 use virtual_wire::{CaptureReader, PcapngWriter};
+use wire::ethernet::Mac;
+use wire::lldp::{Lldp, Tlv};
+use wire::profinet::dcp::{Dcp, DcpBlock, DcpValue};
 
 const A: [u8; 6] = [2, 0, 0, 0, 0, 0x0A];
 const B: [u8; 6] = [2, 0, 0, 0, 0, 0x0B];
@@ -105,6 +108,8 @@ fn a_bad_status_of_a_whole_capture(#[case] status: u8, #[case] id: &str, #[case]
     frames.iter_mut().filter(|frame| frame.from == B).for_each(|frame| frame.status = status);
     let report = replayed(&frames);
     assert_eq!(found(&report), [(id, severity, CaptureBlame::Undecided, 2)]);
+    let next = report.findings[0].next.as_deref().unwrap_or_default();
+    assert_eq!(next.contains("0xF80C"), status == PROBLEM, "{next}");
     assert!(report.findings[0].text.contains("station B (02:00:00:00:00:0b)"), "{}", report.findings[0].text);
 }
 
@@ -134,7 +139,10 @@ fn a_status_that_is_not_evaluated(#[case] status: u8) {
 fn a_single_odd_frame_is_a_warning_about_the_capture() {
     let mut frames = machine(300);
     frames[301].status = STOP;
-    assert_eq!(found(&replayed(&frames)), [("PN-CAPTURE-GAP", FindingSeverity::Warning, CaptureBlame::Capture, 302)]);
+    assert_eq!(
+        found(&replayed(&frames)),
+        [("PN-CAPTURE-ODD-FRAME", FindingSeverity::Warning, CaptureBlame::Capture, 302)]
+    );
 }
 
 #[test]
@@ -172,6 +180,20 @@ fn a_station_pauses_and_goes_on() {
     frames.retain(|frame| frame.from == A || !(1_000..4_000).contains(&frame.cycle));
     let report = replayed(&frames);
     assert_eq!(found(&report), [("PN-CYCLE-SILENT", FindingSeverity::Error, CaptureBlame::Undecided, 5_002)]);
+}
+
+/// A counter that continues by one step after the pause proves that the station sent nothing; one that goes on with the time does not.
+#[test]
+fn the_counter_after_a_pause() {
+    let mut frames = machine(5_000);
+    frames.retain(|frame| frame.from == A || !(1_000..4_000).contains(&frame.cycle));
+    let text = |frames: &[MachineFrame]| replayed(frames).findings[0].text.clone();
+    assert!(text(&frames).contains("went on with the time"), "{}", text(&frames));
+    let late = |frame: &&mut MachineFrame| frame.from == B && frame.cycle >= 4_000;
+    frames.iter_mut().filter(late).for_each(|frame| frame.counter = (frame.cycle - 3_000).wrapping_mul(STEP));
+    assert!(text(&frames).contains("continues by one step"), "{}", text(&frames));
+    let report = replayed(&frames);
+    assert_eq!(found(&report)[0].1, FindingSeverity::Error);
 }
 
 /// The end of the recording of both is no fault of one.
@@ -259,4 +281,43 @@ fn jitter_of_the_recorder_is_no_finding() {
         frame.time += Duration::from_micros(u64::from(frame.cycle * 37 % 300));
     }
     assert_eq!(found(&replayed(&frames)), []);
+}
+
+/// A DCP answer and LLDP say which stations send the streams, wherever they stand in the capture.
+#[test]
+fn stations_are_named_by_dcp_and_lldp() {
+    let frames = machine(100);
+    let mut pcapng = PcapngWriter::new(Vec::new(), "by hand").expect("a Vec takes everything");
+    let interface = pcapng.interface("line", LinkType::ETHERNET).expect("a Vec takes everything");
+    let mut put =
+        |time: Time, octets: &[u8]| pcapng.packet(interface, time, octets, None).expect("a Vec takes everything");
+    for frame in &frames {
+        put(frame.time, &frame.octets());
+    }
+    let value = DcpValue::DeviceId { vendor_id: 0x1234, device_id: 5 };
+    let blocks = [DcpValue::NameOfStation(b"enc-1".to_vec()), value].map(|value| DcpBlock { word: Some(0), value });
+    let mut answer = Vec::new();
+    let response = Dcp::identify(1, 1, vec![DcpValue::AllSelector]).response(blocks.to_vec());
+    response.write_frame(Mac(A), Mac(B), &mut answer);
+    let mut announced = Vec::new();
+    let tlvs = vec![
+        Tlv::ChassisId { subtype: 7, id: b"plc-1".to_vec() },
+        Tlv::PortId { subtype: 7, id: b"port-001".to_vec() },
+        Tlv::TimeToLive(20),
+        Tlv::SystemDescription(b"A controller".to_vec()),
+        Tlv::ChassisMac(Mac(A)),
+    ];
+    Lldp { tlvs }.write_frame(Mac([2, 0, 0, 0, 0, 0x1A]), &mut announced);
+    let end = frames.last().unwrap().time;
+    put(end, &answer);
+    put(end, &announced);
+    let report =
+        capture("machine", pcapng.finish().expect("a Vec takes everything").as_slice(), &[]).expect("a capture");
+    let senders: Vec<Option<&str>> = report.judged.iter().map(|of| of.sender.as_deref()).collect();
+    assert_eq!(senders, [Some("type 'A controller'"), Some("'enc-1', vendor 0x1234 device 0x0005")]);
+    let text = text(&encspec_replay::ReplayReport { captures: vec![report] });
+    assert!(
+        text.contains("senders: 02:00:00:00:00:0a (type 'A controller'); 02:00:00:00:00:0b ('enc-1', vendor"),
+        "{text}"
+    );
 }

@@ -2,7 +2,7 @@
 
 use super::super::tracker::Sink;
 use super::super::{
-    Address, ArId, ArStage, DiagnosisFrame, Dp, Leaving, Observation, ObservedAr, Party, SlaveStartData,
+    Address, ArId, ArStage, DiagnosisFrame, Dp, Leaving, Observation, ObservedAr, Party, PollFault, SlaveStartData,
 };
 use super::{DpAnswer, DpTracker, MOST_CONNECTIONS, PendingDpRequest, watchdog_base_ms};
 use station::Duration;
@@ -82,6 +82,10 @@ impl DpTracker {
 
     pub(super) fn diagnosis(&mut self, asked: &PendingDpRequest, answer: DpAnswer<'_>, sink: Sink<'_>) {
         let Ok(diag) = SlaveDiag::parse(answer.data) else {
+            if self.is_recorded {
+                let fault = PollFault::ShortDiagnosis { octets: answer.data.len() };
+                return self.fault((asked.sa, asked.da, asked.service), fault, sink);
+            }
             let why = format!("Slave_Diag has {} bytes, expected at least 6", answer.data.len());
             sink(&self.ars, Observation::Unreadable { why: &why });
             return;

@@ -5,7 +5,7 @@
 mod lanes;
 mod series;
 
-use crate::clock::seconds;
+use crate::clock::CaptureClock;
 use crate::fits_manual;
 use judge::image::ConnectionImage;
 use judge::observe::{ArId, FrameDirection, Observation, ObservedAr};
@@ -23,7 +23,7 @@ const MOST_MARKS: usize = 200;
 #[derive(Debug)]
 pub(super) struct Timelines<'a> {
     manuals: &'a [Manual],
-    first: Option<Time>,
+    clock: CaptureClock,
     /// The recorders of the connections, in the order of their numbers.
     of: Vec<Option<TimelineRecorder>>,
     recorded: usize,
@@ -43,7 +43,7 @@ struct TimelineRecorder {
 impl<'a> Timelines<'a> {
     /// Nothing recorded yet; signal names come from `manuals`.
     pub fn new(manuals: &'a [Manual]) -> Timelines<'a> {
-        Timelines { manuals, first: None, of: Vec::new(), recorded: 0 }
+        Timelines { manuals, clock: CaptureClock::default(), of: Vec::new(), recorded: 0 }
     }
 
     /// Takes in an observation of the frame at `time`.
@@ -112,12 +112,12 @@ impl<'a> Timelines<'a> {
 
     fn seconds(&mut self, time: Time) -> f64 {
         self.begin(time);
-        seconds(self.first, time)
+        self.clock.seconds(time)
     }
 
     /// Notes the time of a frame, since time counts from the first frame of the capture.
     pub fn begin(&mut self, time: Time) {
-        self.first.get_or_insert(time);
+        self.clock.take(time);
     }
 
     /// The timelines, each with the number of its connection.

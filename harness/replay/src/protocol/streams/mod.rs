@@ -3,12 +3,14 @@
 //! A stream is a pair of MAC addresses and a FrameID. Who is controller and who is device is known only if the capture shows a call or
 //! DCP of them; otherwise they are two stations, and neither is blamed.
 
+mod identity;
 mod report;
 mod status_place;
 
 use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
 use super::gaps::{FrameGap, GapList};
 use crate::report::StreamCoverage;
+use identity::StationIdentities;
 use judge::observe::{Observation, ObservedAr, Traffic};
 use rustc_hash::FxHashMap;
 use station::Duration;
@@ -32,6 +34,7 @@ pub(super) struct WatchedStreams {
     streams: Vec<WatchedStream>,
     /// The last call or alarm of each station: it has ended the connection, or established another one.
     calls: FxHashMap<Mac, CapturePosition>,
+    identities: StationIdentities,
 }
 
 #[derive(Debug)]
@@ -70,6 +73,8 @@ struct CounterWatch {
     jumps: (u64, u64),
     /// The same for frames with the counter of the one before.
     still: (u64, u64),
+    /// The longest pause that is no shorter than the longest watchdog, and by how much the counter advanced in it.
+    pause: Option<(Duration, u16)>,
 }
 
 /// A bad status over time.
@@ -91,6 +96,11 @@ impl WatchedStreams {
         if self.calls.len() < MOST_STREAMS || self.calls.contains_key(&source) {
             self.calls.insert(source, now);
         }
+    }
+
+    /// Takes in what stations say about themselves.
+    pub fn identify(&mut self, observation: &Observation<'_>) {
+        self.identities.observe(observation);
     }
 
     #[inline]
@@ -135,10 +145,10 @@ impl WatchedStreams {
         let judged = self.streams.iter().filter(|stream| !has_guessed_layout(stream));
         for stream in judged.clone() {
             let called = self.calls.get(&stream.name.0).map_or(0, |of| of.frame);
-            report::report(stream, &self.streams, called, sight, ars, findings);
+            report::report(stream, &self.streams, (called, &self.identities), sight, ars, findings);
         }
         let coverage: BTreeMap<StreamName, StreamCoverage> =
-            judged.map(|stream| (stream.name, report::coverage(stream))).collect();
+            judged.map(|stream| (stream.name, report::coverage(stream, &self.identities, ars))).collect();
         coverage.into_values().collect()
     }
 }
@@ -242,8 +252,14 @@ impl CounterWatch {
     fn take(&mut self, now: CapturePosition, counter: u16, step: u16) -> bool {
         let Some((before, last)) = self.last.replace((now, counter)) else { return false };
         // Across a hole nothing is measured, and after a long pause the counter has wrapped.
-        let Some(passed) = now.since(before).filter(|passed| *passed < WATCHDOG) else { return false };
+        let Some(passed) = now.since(before) else { return false };
         let advanced = counter.wrapping_sub(last);
+        if passed >= WATCHDOG {
+            if self.pause.is_none_or(|(longest, _)| longest < passed) {
+                self.pause = Some((passed, advanced));
+            }
+            return false;
+        }
         if advanced == step {
             return false;
         }
@@ -281,11 +297,15 @@ impl StreamStatus {
             }
             (true, Some(since)) => {
                 self.frames += 1;
-                self.longest = self.longest.max(now.time.since(since.time));
+                match now.since(since) {
+                    Some(lasted) => self.longest = self.longest.max(lasted),
+                    // Nothing is measured across a hole of the capture.
+                    None => self.since = Some(now),
+                }
                 false
             }
             (false, Some(since)) => {
-                self.longest = self.longest.max(now.time.since(since.time));
+                self.longest = self.longest.max(now.since(since).unwrap_or_default());
                 (self.since, self.ended) = (None, now.frame);
                 false
             }

@@ -1,11 +1,16 @@
 //! The findings on streams without a Connect, and what of them was judged.
 
+use super::super::advice::advised;
 use super::super::coverage::{CaptureCoverage, FindingList};
+use super::super::cyclic::PAUSED;
 use super::super::gaps::OFTEN;
+use super::super::status::READ_DIAGNOSIS;
 use super::super::table::{
-    CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ProtocolCheck, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP,
+    CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ODD_FRAME, ProtocolCheck, STATUS_INVALID, STATUS_PROBLEM,
+    STATUS_STOP,
 };
 use super::super::text::{party, span};
+use super::identity::StationIdentities;
 use super::{Reading, StreamStatus, WATCHDOG, WatchedStream};
 use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
 use crate::report::StreamCoverage;
@@ -27,12 +32,12 @@ struct StreamSender {
 pub(super) fn report(
     stream: &WatchedStream,
     all: &[WatchedStream],
-    called: u64,
+    (called, identities): (u64, &StationIdentities),
     sight: &CaptureCoverage,
     ars: &[ObservedAr],
     findings: &mut FindingList,
 ) {
-    let who = sender(stream, all, ars);
+    let who = sender(stream, all, identities, ars);
     statuses(stream, &who, findings);
     counter(stream, &who, findings);
     lost(stream, all, &who, findings);
@@ -46,7 +51,7 @@ pub(super) fn report(
 }
 
 /// What of a stream was judged.
-pub(super) fn coverage(stream: &WatchedStream) -> StreamCoverage {
+pub(super) fn coverage(stream: &WatchedStream, identities: &StationIdentities, ars: &[ObservedAr]) -> StreamCoverage {
     let (source, destination, frame_id) = stream.name;
     let (judged, mut why) = match &stream.reading {
         Reading::Located(_) if stream.unread < stream.frames => {
@@ -60,12 +65,18 @@ pub(super) fn coverage(stream: &WatchedStream) -> StreamCoverage {
     if judged == "status" && stream.unread > 0 {
         why += &format!("; {} frames are too short", stream.unread);
     }
+    let sender = identities.of(source, ars).words();
     let [source, destination] = [source, destination].map(|mac| mac.to_string());
-    StreamCoverage { source, destination, frame_id, frames: stream.frames, judged, why }
+    StreamCoverage { source, destination, frame_id, frames: stream.frames, judged, why, sender }
 }
 
 /// Its role is known if the capture shows a call of both stations; otherwise the first of a pair that sends is station A.
-fn sender(stream: &WatchedStream, all: &[WatchedStream], ars: &[ObservedAr]) -> StreamSender {
+fn sender(
+    stream: &WatchedStream,
+    all: &[WatchedStream],
+    identities: &StationIdentities,
+    ars: &[ObservedAr],
+) -> StreamSender {
     let (source, destination, _) = stream.name;
     let known = ars.iter().filter(|ar| ar.roles_known).find_map(|ar| {
         if (ar.device.mac(), ar.controller.mac()) == (source, destination) {
@@ -88,7 +99,8 @@ fn sender(stream: &WatchedStream, all: &[WatchedStream], ars: &[ObservedAr]) -> 
             let first = all.iter().find(pair).map_or(source, |of| of.name.0);
             let text = |mac: Mac| {
                 let letter = if mac == first { 'A' } else { 'B' };
-                format!("station {letter} ({})", party(&Party::at(Address::Mac(mac))))
+                let station = identities.of(mac, ars).name;
+                format!("station {letter} ({})", party(&Party { station, ..Party::at(Address::Mac(mac)) }))
             };
             StreamSender { text: text(source), blame: CaptureBlame::Undecided, peer: text(destination) }
         }
@@ -107,7 +119,7 @@ fn statuses(stream: &WatchedStream, who: &StreamSender, findings: &mut FindingLi
         // A single odd frame may be damage of the capture.
         if watch.frames == 1 && watch.since.is_none() {
             let text = format!("a single frame of {} {what}; the capture may be damaged here", who.text);
-            findings.add(CAPTURE_GAP.finding(FindingSeverity::Warning, CaptureBlame::Capture, first.frame, text));
+            findings.add(ODD_FRAME.finding(FindingSeverity::Warning, CaptureBlame::Capture, first.frame, text));
             continue;
         }
         let severity = severity(check, stream, watch);
@@ -119,8 +131,12 @@ fn statuses(stream: &WatchedStream, who: &StreamSender, findings: &mut FindingLi
             (false, times) => format!("{times} times until frame {}", watch.ended),
         };
         let text = format!("{} {what} {from}, {until}; longest duration {}", who.text, span(watch.longest));
-        findings
-            .add(check.finding(severity, who.blame, first.frame, text).at(watch.octet, Some(bit)).expected(expected));
+        let (blame, advice) = match check == STATUS_PROBLEM {
+            true => (CaptureBlame::Undecided, READ_DIAGNOSIS),
+            false => (who.blame, None),
+        };
+        let finding = check.finding(severity, blame, first.frame, text).at(watch.octet, Some(bit)).expected(expected);
+        findings.add(advised(finding, advice));
     }
 }
 
@@ -170,8 +186,28 @@ fn lost(stream: &WatchedStream, all: &[WatchedStream], who: &StreamSender, findi
 /// The finding of a stream that paused for longer than the longest watchdog. Who fell silent and what lost frames look alike.
 fn pause(stream: &WatchedStream, who: &StreamSender) -> Option<CaptureFinding> {
     let (longest, frame) = stream.longest;
+    let step = match &stream.reading {
+        Reading::Located(place) => Some(place.step),
+        _ => None,
+    };
+    let advanced = stream.counter.pause.filter(|(pause, _)| *pause == longest).map(|(_, advanced)| advanced);
+    if advanced.is_some() && advanced == step {
+        let text = format!(
+            "{} paused for {}: after it its cycle counter continues by one step, so it sent no frame in between",
+            who.text,
+            span(longest)
+        );
+        let finding = CYCLE_SILENT.finding(FindingSeverity::Error, who.blame, frame, text);
+        return (longest > WATCHDOG).then(|| advised(finding, PAUSED));
+    }
+    let counter = match advanced {
+        Some(_) => {
+            "; its cycle counter then went on with the time, which it does whether frames were sent and lost or not sent"
+        }
+        None => "",
+    };
     let text = format!(
-        "{} sent no cyclic frame for {}; the agreed watchdog is not in the capture, the longest possible one is {}",
+        "{} sent no cyclic frame for {}; the agreed watchdog is not in the capture, the longest possible one is {}{counter}",
         who.text,
         span(longest),
         span(WATCHDOG)

@@ -1,23 +1,35 @@
-//! The report for the console: the connections, the findings, the rules, and the events.
+//! The report for the console: the summary, the findings, the connections, the rules, and the events.
 
-use super::finding::{CaptureFinding, FindingContext, FindingSeverity};
+mod finding;
+mod options;
+mod summary;
+
+pub use options::TextOptions;
+
+use super::finding::CaptureFinding;
 use super::report::{CaptureReport, ConnectionReport, ReplayReport, StreamReport};
+use options::time_of_day;
 use plain_text::count;
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 
-/// A gap of more than this many frames in the context of a finding is marked with dots.
-const FAR: u64 = 1_000;
+/// Upper limit of the senders without a Connect that are named.
+const MOST_SENDERS: usize = 4;
+
+/// Writes the report without colours and with times in UTC; texts of stations are escaped already.
+pub fn text(report: &ReplayReport) -> String {
+    text_with(report, &TextOptions::default())
+}
 
 /// Writes the report; texts of stations are escaped already.
-pub fn text(report: &ReplayReport) -> String {
+pub fn text_with(report: &ReplayReport, options: &TextOptions) -> String {
     let mut out = String::new();
     for (index, capture) in report.captures.iter().enumerate() {
         if index > 0 {
             out.push('\n');
         }
         // Writing into a String cannot fail.
-        let _ = one(&mut out, capture);
+        let _ = one(&mut out, capture, options);
         if let Some(against) = &capture.against {
             let _ = write!(out, "{against}");
         }
@@ -25,32 +37,24 @@ pub fn text(report: &ReplayReport) -> String {
     out
 }
 
-fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
-    let mut counts = vec![
-        count(capture.frames as usize, "frame", "frames"),
-        count(capture.ars.len(), "connection", "connections"),
-        findings(capture),
-    ];
-    if !capture.damage.is_empty() {
-        counts.push(count(capture.damage.len(), "damage", "damages"));
-    }
-    writeln!(out, "{}: {}", capture.file.escape_debug(), counts.join(", "))?;
-    for line in not_judged(capture) {
-        writeln!(out, "  not judged: {line}")?;
-    }
-    connections(out, capture)?;
-    let mut by_severity: Vec<&CaptureFinding> = capture.findings.iter().collect();
-    by_severity.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-    for finding in by_severity {
+fn one(out: &mut String, capture: &CaptureReport, options: &TextOptions) -> fmt::Result {
+    summary::write_summary(out, capture, options)?;
+    for finding in sorted(capture) {
         out.push('\n');
-        one_finding(out, finding)?;
+        finding::write_finding(out, finding, options)?;
     }
+    if !capture.ars.is_empty() {
+        out.push('\n');
+    }
+    connections(out, capture, options)?;
     rules(out, capture)?;
     if !capture.events.is_empty() {
-        writeln!(out, "\n  events (frame, seconds)")?;
+        writeln!(out, "\n  events (frame, seconds, time in UTC)")?;
     }
     for event in &capture.events {
-        writeln!(out, "  {:>7} {:>14.6}  {:<18} {}", event.frame, event.time, event.kind.word(), event.text)?;
+        let wall_clock = event.wall_clock.as_deref().map_or_else(String::new, |time| format!(" {}", time_of_day(time)));
+        let kind = event.kind.word();
+        writeln!(out, "  {:>7} {:>14.6}{wall_clock}  {kind:<18} {}", event.frame, event.time, event.text)?;
     }
     if !capture.damage.is_empty() {
         writeln!(out, "\n  damage of the file")?;
@@ -60,6 +64,13 @@ fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
         writeln!(out, "    {}", damage.meaning)?;
     }
     Ok(())
+}
+
+/// The findings, the most severe first.
+fn sorted(capture: &CaptureReport) -> Vec<&CaptureFinding> {
+    let mut sorted: Vec<&CaptureFinding> = capture.findings.iter().collect();
+    sorted.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    sorted
 }
 
 /// What of the cyclic frames was not judged, a sentence for each reason.
@@ -73,28 +84,25 @@ pub(crate) fn not_judged(capture: &CaptureReport) -> Vec<String> {
         line("status", "no layout, contents not judged; the Connect is not in the capture"),
         line("nothing", "no layout and no place of the status, nothing judged"),
     ];
-    lines.into_iter().flatten().collect()
-}
-
-/// The number of findings, in all and by severity.
-fn findings(capture: &CaptureReport) -> String {
-    let of = |severity: FindingSeverity| capture.findings.iter().filter(|finding| finding.severity == severity).count();
-    let each: Vec<String> = [FindingSeverity::Error, FindingSeverity::Warning, FindingSeverity::Info]
-        .into_iter()
-        .filter(|severity| of(*severity) > 0)
-        .map(|severity| format!("{} {}", of(severity), severity.word()))
-        .collect();
-    match capture.findings.len() {
-        0 if !capture.judged.is_empty() => "no findings in what was judged".to_owned(),
-        0 => "no findings".to_owned(),
-        all => format!("{} ({})", count(all, "finding", "findings"), each.join(", ")),
+    let named = capture.judged.iter().filter_map(|of| Some(format!("{} ({})", of.source, of.sender.as_ref()?)));
+    let mut named: Vec<String> = named.collect();
+    named.dedup();
+    let mut lines: Vec<String> = lines.into_iter().flatten().collect();
+    if !named.is_empty() {
+        let more = named.len().saturating_sub(MOST_SENDERS);
+        named.truncate(MOST_SENDERS);
+        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+        if let Some(last) = lines.last_mut() {
+            *last += &format!("; senders: {}{more}", named.join("; "));
+        }
     }
+    lines
 }
 
 /// A line for each connection; refused ones of the same pair are combined.
-fn connections(out: &mut String, capture: &CaptureReport) -> fmt::Result {
+fn connections(out: &mut String, capture: &CaptureReport, options: &TextOptions) -> fmt::Result {
     let mut refused: BTreeMap<(String, String), Vec<u64>> = BTreeMap::new();
-    for (index, ar) in capture.ars.iter().enumerate() {
+    for (index, ar) in capture.ars.iter().enumerate().filter(|(_, ar)| options.filter.shows_connection(ar)) {
         if ar.stage == "refused" {
             let frame = ar.connect_frame.unwrap_or_default();
             refused.entry((controller(ar), device(ar))).or_default().push(frame);
@@ -107,51 +115,6 @@ fn connections(out: &mut String, capture: &CaptureReport) -> fmt::Result {
         let times = count(frames.len(), "time", "times");
         let span = if first == last { format!("frame {first}") } else { format!("frames {first} to {last}") };
         writeln!(out, "  refused {times}: {controller} -> {device}; {span}")?;
-    }
-    Ok(())
-}
-
-/// A finding in full: what, where, against which clause, expected and observed values, cause, next step, and the frames around it.
-fn one_finding(out: &mut String, finding: &CaptureFinding) -> fmt::Result {
-    write!(out, "  {:<7} {}", finding.severity.word().to_uppercase(), finding.id)?;
-    // A finding without a frame is about the capture as a whole.
-    if finding.frame > 0 {
-        write!(out, " in frame {}", finding.frame)?;
-    }
-    match (finding.octet, finding.bit) {
-        (Some(octet), Some(bit)) => write!(out, ", byte {octet} bit {bit}")?,
-        (Some(octet), None) => write!(out, ", byte {octet}")?,
-        (None, _) => {}
-    }
-    if let Some(ar) = finding.ar {
-        write!(out, ", connection {}", ar + 1)?;
-    }
-    writeln!(out, " (blame: {})", finding.blame.word())?;
-    writeln!(out, "    {}", finding.text)?;
-    for (word, value) in [
-        ("clause", &finding.clause),
-        ("expected", &finding.expected),
-        ("observed", &finding.seen),
-        ("cause", &finding.cause),
-        ("next", &finding.next),
-        ("filter", &finding.filter),
-    ] {
-        if let Some(value) = value.as_ref().filter(|value| !value.is_empty()) {
-            writeln!(out, "    {word:<9} {value}")?;
-        }
-    }
-    let FindingContext { before, at, after } = &finding.context;
-    let mut last = None;
-    for (mark, frame) in before.iter().chain(at).chain(after).map(|frame| {
-        let mark = if frame.frame == finding.frame { '>' } else { ' ' };
-        (mark, frame)
-    }) {
-        if last.is_some_and(|last| frame.frame > last + FAR) {
-            writeln!(out, "       ..")?;
-        }
-        last = Some(frame.frame);
-        let text = frame.text.replace('\n', "\n                            ");
-        writeln!(out, "    {mark}{:>7} {:>14.6}  {text}", frame.frame, frame.time)?;
     }
     Ok(())
 }
