@@ -5,8 +5,8 @@
 use crate::common::handmade::{self, ConnectionFrames, DEVICE};
 use encspec::observe::Tracker;
 use encspec::replay::{
-    CaptureEvent, CaptureReport, EventKind, FindingSeverity, ReplayReport, capture, files, fits_manual,
-    judge_rules, text,
+    CaptureEvent, CaptureReport, EventKind, FindingSeverity, ReplayReport, capture, files, fits_manual, judge_rules,
+    text,
 };
 use encspec::suite::model::Manual;
 use encspec::suite_yaml::load;

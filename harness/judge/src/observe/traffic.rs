@@ -102,6 +102,8 @@ pub enum PollFault {
     InputLength { expected: usize, observed: usize },
     /// The diagnosis is shorter than its six fixed bytes.
     ShortDiagnosis { octets: usize },
+    /// The answer of an acyclic service (DP-V1) cannot be read.
+    Unreadable { octets: usize },
     /// The answer names another access point of the slave than the request.
     OtherAccessPoint { requested: Option<u8>, answered: Option<u8> },
     /// The answer goes to another station than the one that requested it.

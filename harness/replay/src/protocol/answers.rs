@@ -189,6 +189,11 @@ fn words(fault: SlaveFault, service: &str) -> (&'static ProtocolCheck, String, S
             format!("sends a diagnosis of {octets} bytes, which is too short"),
             "6 bytes or more".to_owned(),
         ),
+        SlaveFault::Poll(PollFault::Unreadable { octets }) => (
+            DP_WRONG_ANSWER,
+            format!("sends an answer to {service} of {octets} bytes that cannot be read"),
+            "an answer of DP-V1".to_owned(),
+        ),
         SlaveFault::Poll(PollFault::OtherAccessPoint { requested, answered }) => (
             DP_WRONG_ANSWER,
             format!("answers {service} from {} instead of {}", point(answered), point(requested)),

@@ -214,7 +214,7 @@ checks! {
     DP_FIXED_BIT "DP-DIAGNOSIS-FIXED-BIT" "A diagnosis lacks the bit that is always 1."
         "A bug in the slave: bit 2 of the second byte of Slave_Diag is fixed."
         "Report it to the maker of the slave and attach this capture.";
-    DP_WRONG_ANSWER "DP-ANSWER-WRONG" "A slave answers from another SAP than the requested one, or to another station."
+    DP_WRONG_ANSWER "DP-ANSWER-WRONG" "A slave sends an answer that cannot be read, from another SAP than the requested one, or to another station."
         "A bug in the slave, or two stations with one address."
         "Disconnect the slave and check whether this address still answers.";
     DP_DAMAGED "DP-FRAME-DAMAGED" "Frames on the bus are damaged."

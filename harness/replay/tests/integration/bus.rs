@@ -148,3 +148,22 @@ fn another_address_explains_the_silence() {
     let followed: Vec<&str> = finding.consequences.iter().map(|of| of.id.as_str()).collect();
     assert_eq!((followed, finding.blame), (vec!["DP-SLAVE-SILENT"], CaptureBlame::Network));
 }
+
+/// Read of a record by MS1: slot 1, index 2, up to 8 bytes.
+const READ: [u8; 4] = [0x5E, 1, 2, 8];
+
+#[test]
+fn an_acyclic_answer_that_cannot_be_read() {
+    let asked = |answer: &[u8]| {
+        let mut bus = started();
+        for _ in 0..2 {
+            bus.ask_from(Some(51), 51, &READ);
+            bus.answer_to(Some(51), 51, answer);
+            bus.exchange(2);
+        }
+        bus
+    };
+    let finding = only(&asked(&[0x5E]), "DP-ANSWER-WRONG");
+    assert!(finding.text.contains("1 bytes that cannot be read"), "{}", finding.text);
+    assert_eq!(findings(&asked(&[0x5E, 1, 2, 2, 7, 7])), []);
+}

@@ -48,6 +48,22 @@ impl BusFrames {
         self.send(&FdlFrame::Data(DataFrame::new(ends.0, ends.1, fc, data)));
     }
 
+    /// A request from another access point of the master than the one of cyclic services.
+    pub fn ask_from(&mut self, sap: Option<u8>, from: u8, data: &[u8]) {
+        let count = self.count.map_or(FrameCount::First, FrameCount::next);
+        self.count = Some(count);
+        let slave = sap.map_or(Extension::NONE, Extension::sap);
+        let fc = FunctionCode::request(RequestFunction::SRD_HIGH, count);
+        self.send(&FdlFrame::Data(DataFrame::new((SLAVE, slave), (MASTER, Extension::sap(from)), fc, data)));
+    }
+
+    /// An answer to another access point of the master.
+    pub fn answer_to(&mut self, sap: Option<u8>, to: u8, data: &[u8]) {
+        let slave = sap.map_or(Extension::NONE, Extension::sap);
+        let fc = FunctionCode::answer(AnswerFunction::DATA_LOW, StationType::SLAVE);
+        self.send(&FdlFrame::Data(DataFrame::new((MASTER, Extension::sap(to)), (SLAVE, slave), fc, data)));
+    }
+
     /// A request from another master.
     pub fn ask_of(&mut self, master: u8, sap: Option<u8>, data: &[u8]) {
         let extension = |number: Option<u8>| number.map_or(Extension::NONE, Extension::sap);

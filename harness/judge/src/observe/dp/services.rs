@@ -3,7 +3,7 @@
 //! The master requests a record in one frame and polls for the response; until then the slave only acknowledges.
 
 use super::super::tracker::Sink;
-use super::super::{ArId, Dp, Observation};
+use super::super::{ArId, Dp, Observation, PollFault};
 use super::{DpAnswer, DpTracker, PendingDpRequest, TrackedSlave};
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::dpv1::{Dpv1Function, Dpv1Pdu, Dpv1Record, Dpv1Refusal, PduDirection};
@@ -36,6 +36,10 @@ impl DpTracker {
         }
         let said = match Dpv1Pdu::parse(answer.data, PduDirection::Response) {
             Ok(said) => said,
+            Err(_) if self.is_recorded => {
+                let fault = PollFault::Unreadable { octets: answer.data.len() };
+                return self.fault((asked.sa, asked.da, asked.service), fault, sink);
+            }
             Err(error) => {
                 return sink(&self.ars, Observation::Unreadable { why: &error.at_offset(answer.at).to_string() });
             }
