@@ -7,6 +7,8 @@ use encspec_replay::{CaptureBlame, CaptureFinding, CaptureReport, FindingSeverit
 use rstest::rstest;
 use station::{Duration, Time};
 use std::net::Ipv4Addr;
+use virtual_wire::PcapngWriter;
+use virtual_wire::capture::LinkType;
 use wire::datagram::arp::Arp;
 use wire::ethernet::Mac;
 use wire::profinet::alarm::{AlarmType, RtaBody, RtaKind};
@@ -445,4 +447,25 @@ fn a_station_that_goes_on_was_not_switched_off() {
     };
     assert!(unanswered(20).contains("goes on with its cyclic frames"), "{}", unanswered(20));
     assert!(!unanswered(0).contains("goes on"), "{}", unanswered(0));
+}
+
+/// What the recorder cut off is no malformed answer; the same bytes as a whole frame are one.
+#[test]
+fn an_answer_that_the_capture_cut_is_not_malformed() {
+    let name = DcpBlock {
+        word: Some(BlockInfo(0).0),
+        value: DcpValue::NameOfStation(b"an-encoder-with-a-long-name-1".to_vec()),
+    };
+    let response = Dcp::identify(1, 1, vec![DcpValue::AllSelector]).response(vec![name]);
+    let mut frame = Vec::new();
+    response.write_frame(CONTROLLER, DEVICE, &mut frame);
+    let captured = |original: usize| {
+        let mut writer = PcapngWriter::new(Vec::new(), "made by a test").expect("a vector takes all");
+        let interface = writer.interface("wire", LinkType::ETHERNET).expect("a vector takes all");
+        let (time, kept) = (Time::from_nanos(1), &frame[..50]);
+        writer.cut_packet(interface, time, kept, original as u32, None).expect("a vector takes all");
+        let file = writer.finish().expect("a vector takes all");
+        capture("made", &file[..], &[]).expect("a capture").findings.len()
+    };
+    assert_eq!((captured(frame.len()), captured(50)), (0, 1));
 }
