@@ -1,6 +1,7 @@
 //! Findings that repeat each other are one finding with a count. Frame numbers and durations do not matter, since they differ each time.
 
 use crate::finding::CaptureFinding;
+use crate::protocol::MORE_OF_A_CHECK;
 use crate::protocol::table::START_AGAIN;
 use crate::report::ConnectionReport;
 use rustc_hash::FxHashMap;
@@ -17,6 +18,10 @@ pub(crate) fn folded(findings: Vec<CaptureFinding>, ars: &[ConnectionReport]) ->
             Some(first) => {
                 first.count += finding.count;
                 first.last_frame = first.last_frame.max(finding.last_frame);
+                // The last finding of a check says how many more there are.
+                if let Some((_, more)) = without_count(&finding.text) {
+                    first.text += more;
+                }
             }
             None => {
                 known.insert(key(&finding, ars), kept.len());
@@ -32,6 +37,7 @@ fn key(finding: &CaptureFinding, ars: &[ConnectionReport]) -> String {
     let CaptureFinding { id, severity, blame, text, octet, bit, .. } = finding;
     let ar = finding.ar.and_then(|ar| ars.get(ar));
     let stations = ar.map(|ar| (&ar.controller.mac, ar.controller.address, &ar.device.mac, ar.device.address));
+    let text = without_count(text).map_or(text.as_str(), |(text, _)| text);
     let mut key = format!("{id} {severity:?} {blame:?} {stations:?} {octet:?} {bit:?} {}", lasting(text));
     for detail in &finding.details {
         key += &lasting(detail);
@@ -41,6 +47,13 @@ fn key(finding: &CaptureFinding, ars: &[ConnectionReport]) -> String {
         key += &format!("\n{} {}", of.id, lasting(&of.text));
     }
     key
+}
+
+/// A text without its count of further findings of the same check, and that count.
+fn without_count(text: &str) -> Option<(&str, &str)> {
+    let end = text.find(MORE_OF_A_CHECK)?;
+    let begin = text.get(..end)?.rfind(" (and ")?;
+    Some(text.split_at(begin))
 }
 
 /// A text without the numbers that differ with each repetition: `frame 17`, `1.25 ms`.

@@ -11,6 +11,8 @@ use wire::ethernet::Mac;
 const MOST_PAIRS: usize = 65_536;
 /// Upper limit of the findings of one check that are listed one by one.
 const MOST_OF_A_CHECK: u64 = 100;
+/// What follows the number of the findings of a check that are not listed.
+pub(crate) const MORE_OF_A_CHECK: &str = " more findings of this check up to frame ";
 /// A step back of the clock by more than this means that frames of two clocks follow each other.
 const BACKWARDS: Duration = Duration::from_millis(5);
 /// After a pause without any frame as long as this, a new recording or an interrupted one begins.
@@ -128,8 +130,7 @@ impl FindingList {
     pub fn end(mut self) -> Vec<CaptureFinding> {
         for (seen, last, place) in self.seen.into_values().filter(|(seen, ..)| *seen > MOST_OF_A_CHECK) {
             if let Some(finding) = self.list.get_mut(place) {
-                finding.text +=
-                    &format!(" (and {} more findings of this check up to frame {last})", seen - MOST_OF_A_CHECK);
+                finding.text += &format!(" (and {}{MORE_OF_A_CHECK}{last})", seen - MOST_OF_A_CHECK);
             }
         }
         self.list

@@ -28,6 +28,7 @@ mod topology;
 
 use super::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
 use super::report::StreamCoverage;
+pub(crate) use coverage::MORE_OF_A_CHECK;
 use coverage::{CaptureCoverage, FindingList};
 use judge::observe::{DpTracker, Observation, ObservedAr, Tracker, Traffic};
 use station::Time;

@@ -131,6 +131,21 @@ fn repeated_breaks_are_one_finding() {
     assert_eq!(again, 1, "{all:#?}");
 }
 
+/// More breaks than are listed one by one are still one finding, which says how many there are.
+#[test]
+fn very_many_breaks_are_one_finding() {
+    let mut line = ConnectionFrames::new();
+    for round in 1..=120 {
+        (line.ar, line.activity) = (Uuid([round; 16]), 2 * round);
+        line.start().exchange(5);
+        line.abort(true, PnioStatus::abort(AbortReason::LINK_DOWN));
+        line.pass(Duration::from_millis(500));
+    }
+    let finding = only(&line, "PN-ABORT", &["PN-START-AGAIN"]);
+    assert_eq!(finding.count, 100);
+    assert!(finding.text.contains("and 20 more findings of this check"), "{}", finding.text);
+}
+
 /// The reset of one device does not explain what happens to another one.
 #[test]
 fn a_third_party_explains_nothing_of_others() {
