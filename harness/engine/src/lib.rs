@@ -35,6 +35,7 @@ mod stations;
 mod trial;
 mod world;
 
+pub use causes::causes;
 pub use described::described;
 pub use dut::{DutKind, DutSpec, NullPeer};
 pub use environment::{DpLine, TrialEnvironment};

@@ -53,6 +53,7 @@ pub(super) fn not_run(
         at: trial.at.clone(),
         evidence: None,
         repeats: 0,
+        passed_in_attempt: None,
         bench_lines,
     };
     let not_judged = TrialRuleResult { decided: DecisionCounts::default(), broken: None, slow: None, disturbed: false };

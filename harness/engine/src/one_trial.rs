@@ -278,6 +278,7 @@ fn outcome(mut run: RunningTrial<'_>, decided: Option<(Verdict, CaseFailure)>, d
         at: trial.at.clone(),
         evidence: None,
         repeats: 0,
+        passed_in_attempt: None,
         bench_lines: Vec::new(),
     };
     let bus = run.world.stations.bus_statistics();

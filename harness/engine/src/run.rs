@@ -4,13 +4,15 @@ use super::dut::DutSpec;
 use super::environment::TrialEnvironment;
 use super::live::RestoreOutcome;
 use super::one_trial::environment;
-use super::options::{RunOptions, RunProgress};
+use super::options::{RunOptions, RunProgress, TrialPart};
 use super::outcome::{BenchError, TrialOutcome};
 use super::plan::DevicePlan;
 use super::requirements::{self, level};
 use super::{bus, causes, live_run, persona};
 use judge::slow::SlowReaction;
-use results::outcome::{BusStatistics, CaseKind, CaseResult, Covered, DecisionCounts, DeviceRun, Dut, RunResult};
+use results::outcome::{
+    BusStatistics, CaseKind, CaseResult, Covered, DecisionCounts, DeviceRun, Dut, RunPart, RunResult, never_decided,
+};
 use results::verdict::Verdict;
 use suite::model::{Manual, SuiteRule, SuiteVariant};
 use suite::persona::Persona;
@@ -32,7 +34,8 @@ pub fn run(manuals: &[Manual], options: &RunOptions, progress: RunProgress<'_>) 
     // Models need no real time, so their trials run in parallel; live devices follow one after the other.
     let models: Vec<&DevicePlan<'_>> = plans.iter().filter(|plan| plan.dut.live().is_none()).collect();
     let mut models = DevicePlan::run_together(&models, options, progress).into_iter();
-    let mut result = RunResult { gate_must: options.gate_must, ..RunResult::default() };
+    let part = options.part.map(|TrialPart { number, of }| RunPart { number, of });
+    let mut result = RunResult { gate_must: options.gate_must, part, ..RunResult::default() };
     for plan in &plans {
         let outcomes = if plan.dut.live().is_none() { models.next() } else { None };
         result.runs.push(device(plan, outcomes, options, progress)?);
@@ -73,7 +76,9 @@ fn device(
             result.reason = Some(NOT_CLAIMED.to_owned());
         }
         let is_selected = selection.rule(manual, variant, rule);
-        let is_requested = is_selected && (for_rules || !filtered || result.verdict != Verdict::NotRun);
+        // Only all parts together show that a rule was never decided, so each part reports it.
+        let is_whole = selection.is_all();
+        let is_requested = is_selected && (for_rules || is_whole || result.verdict != Verdict::NotRun);
         if is_requested || (result.verdict == Verdict::Fail && !selection.excludes(manual, rule)) {
             judged.push(result);
         }
@@ -185,11 +190,7 @@ fn rule_result(
             let name = persona.map(|persona| persona.name.as_str()).unwrap_or_default();
             (Verdict::NotApplicable, Some(format!("persona {name}: the premise never occurred")))
         }
-        (None, 0) => {
-            let red = if filtered { "" } else { "; in a whole run every rule has to be decided at least once" };
-            let reason = format!("the premise never occurred in {} frames and events{red}", decided.checked);
-            (Verdict::NotRun, Some(reason))
-        }
+        (None, 0) => (Verdict::NotRun, Some(never_decided(&decided, filtered))),
         (None, _) => (Verdict::Pass, None),
     };
     notes.extend(slow.and_then(|(slow, trial)| slow.note_of_rule(rule, Some(trial))));
@@ -216,6 +217,7 @@ fn rule_result(
         at: rule.at.clone(),
         evidence: None,
         repeats: 0,
+        passed_in_attempt: None,
         bench_lines: Vec::new(),
     }
 }

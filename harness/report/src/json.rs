@@ -5,7 +5,7 @@ use super::words::{level, printable_json, reproduce};
 use results::ledger;
 use results::outcome::{
     BitTimeRange, BusStatistics, CaseFailure, CaseKind, CaseResult, DescriptionKind, DeviceFinding, DeviceRun, Dut,
-    FailurePosition, JudgedPart, ProbableCause, RequirementResult, RunResult,
+    FailurePosition, JudgedPart, ProbableCause, RequirementResult, RunPart, RunResult,
 };
 use results::verdict::Verdict;
 use serde::{Serialize, Serializer};
@@ -14,10 +14,19 @@ use suite::Location;
 /// Writes the report, in the order of the run.
 pub fn json(result: &RunResult) -> String {
     let report = ReportJson {
-        tool: ToolJson { name: "encspec", version: env!("CARGO_PKG_VERSION") },
+        tool: ToolJson { name: "encspec", version: env!("CARGO_PKG_VERSION"), commit: result.origin.commit.as_deref() },
+        started: result.origin.started.as_deref(),
+        host: result.origin.host.as_deref(),
         green: status(result) == ExitStatus::Green,
         reasons: reasons(result),
         gate: if result.gate_must { "must" } else { "should" },
+        fail_on_not_applicable: result.fail_on_not_applicable,
+        min_pass: result.min_pass.map(|least| least.to_string()),
+        accept_flaky: result.accept_flaky,
+        repeat: &result.repeat,
+        filters: &result.filters,
+        part: result.part.map(|RunPart { number, of }| PartOfRunJson { number, of }),
+        unmatched_entries: &result.unmatched_entries,
         ledger_notes: result
             .ledger_notes
             .iter()
@@ -38,19 +47,45 @@ pub(super) fn place(at: &Location) -> String {
 
 #[derive(Serialize)]
 struct ReportJson<'a> {
-    tool: ToolJson,
+    tool: ToolJson<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    started: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    host: Option<&'a str>,
     green: bool,
     /// Why the run as a whole is not green, apart from its cases.
     reasons: Vec<String>,
     gate: &'static str,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    fail_on_not_applicable: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    min_pass: Option<String>,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    accept_flaky: bool,
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    repeat: &'a [String],
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    filters: &'a [String],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    part: Option<PartOfRunJson>,
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    unmatched_entries: &'a [String],
     ledger_notes: Vec<LedgerNoteJson<'a>>,
     runs: Vec<DeviceRunJson<'a>>,
 }
 
 #[derive(Serialize)]
-struct ToolJson {
+struct ToolJson<'a> {
     name: &'static str,
     version: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    commit: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+struct PartOfRunJson {
+    number: usize,
+    of: usize,
 }
 
 #[derive(Serialize)]
@@ -65,6 +100,8 @@ struct DeviceRunJson<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     persona: Option<&'a str>,
     bugs: &'a [String],
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    bug_notes: &'a [String],
     #[serde(skip_serializing_if = "<[String]>::is_empty")]
     variations: &'a [String],
     filtered: bool,
@@ -106,12 +143,13 @@ struct RangeJson {
     min: u64,
     mean: u64,
     max: u64,
+    sum: u64,
 }
 
 impl RangeJson {
     fn new(range: &BitTimeRange) -> Option<RangeJson> {
         let [min, mean, max] = range.least_mean_most()?.map(|bits| bits.0);
-        Some(RangeJson { min, mean, max })
+        Some(RangeJson { min, mean, max, sum: range.sum().0 })
     }
 }
 
@@ -213,6 +251,9 @@ struct CaseJson<'a> {
     /// How often a live trial was repeated for a stall.
     #[serde(skip_serializing_if = "is_zero")]
     repeats: u32,
+    /// The attempt in which it passed after it had failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    passed_in_attempt: Option<u32>,
     /// The lines of the bench file that would make the trial applicable.
     #[serde(skip_serializing_if = "<[String]>::is_empty")]
     bench_lines: &'a [String],
@@ -290,6 +331,8 @@ struct PlaceJson<'a> {
 #[derive(Serialize)]
 struct RequirementJson<'a> {
     id: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    chapter: Option<&'a str>,
     clause: &'a str,
     statement: &'a str,
     level: &'static str,
@@ -305,6 +348,7 @@ impl<'a> DeviceRunJson<'a> {
             dut: DutJson { kind, spec, device, variant, identity, firmware: firmware.as_deref() },
             persona: run.persona.as_deref(),
             bugs: &run.bugs,
+            bug_notes: &run.bug_notes,
             variations: &run.variations,
             filtered: run.filtered,
             summary: SummaryJson(run.summary()),
@@ -361,6 +405,7 @@ impl<'a> CaseJson<'a> {
             evidence: case.evidence.as_deref(),
             reproduce: reproduce(result, run, case),
             repeats: case.repeats,
+            passed_in_attempt: case.passed_in_attempt,
             bench_lines: &case.bench_lines,
         }
     }
@@ -413,6 +458,7 @@ impl<'a> RequirementJson<'a> {
     fn new(of: &'a RequirementResult) -> RequirementJson<'a> {
         RequirementJson {
             id: &of.id,
+            chapter: of.chapter.as_deref(),
             clause: &of.cites,
             statement: &of.statement,
             level: level(of.level),

@@ -6,10 +6,13 @@
 #![allow(missing_docs, reason = "an internal crate; names that say everything have no sentence")]
 
 mod console;
+pub mod diff;
 mod html;
 mod json;
 mod junit;
+mod markdown;
 pub mod page;
+mod read;
 mod status;
 mod tap;
 mod text;
@@ -20,6 +23,8 @@ pub use console::{ConsoleOptions, console, failed_case};
 pub use html::{CaseEvidence, html};
 pub use json::json;
 pub use junit::junit;
+pub use markdown::markdown;
+pub use read::{ReadError, read};
 pub use status::{ExitStatus, ResultColour, reasons, result_colour, status};
 pub use tap::tap;
 pub use text::text;
@@ -38,6 +43,8 @@ pub enum ReportFormat {
     Json,
     /// JUnit XML for continuous integration.
     Junit,
+    /// Markdown, for the summary of a CI job.
+    Markdown,
     /// Test Anything Protocol, version 14.
     Tap,
     /// Requirement by requirement in the order of the manual, the same on every run.
@@ -46,11 +53,12 @@ pub enum ReportFormat {
 
 impl ReportFormat {
     /// Every format with its name on the command line.
-    pub const ALL: [(&'static str, ReportFormat); 6] = [
+    pub const ALL: [(&'static str, ReportFormat); 7] = [
         ("console", ReportFormat::Console),
         ("html", ReportFormat::Html),
         ("json", ReportFormat::Json),
         ("junit", ReportFormat::Junit),
+        ("markdown", ReportFormat::Markdown),
         ("tap", ReportFormat::Tap),
         ("text", ReportFormat::Text),
     ];
@@ -62,6 +70,7 @@ impl ReportFormat {
             ReportFormat::Html => html(result, &|_| CaseEvidence::default()),
             ReportFormat::Json => json(result),
             ReportFormat::Junit => junit(result),
+            ReportFormat::Markdown => markdown(result),
             ReportFormat::Tap => tap(result),
             ReportFormat::Text => text(result),
         }

@@ -44,10 +44,11 @@ pub fn entry(run: &DeviceRun, case: &CaseResult, failure: &CaseFailure) -> Strin
 pub fn apply(ledger: &Ledger, result: &mut RunResult, today: Date) {
     let mut matched = vec![false; ledger.entries.len()];
     let mut meant = vec![false; ledger.entries.len()];
+    let is_plain_part = result.part.is_some() && result.filters.is_empty();
     for run in &mut result.runs {
         for (index, entry) in ledger.entries.iter().enumerate() {
             match applies(entry, &run.dut) {
-                Some(applies) => meant[index] |= applies && !run.filtered,
+                Some(applies) => meant[index] |= applies && (!run.filtered || is_plain_part),
                 None => result.ledger_notes.push(LedgerNote {
                     text: format!(
                         "{} applies to certain firmware versions only, and {} did not report its firmware.",
@@ -80,12 +81,19 @@ pub fn apply(ledger: &Ledger, result: &mut RunResult, today: Date) {
         }
     }
     for (entry, (matched, meant)) in ledger.entries.iter().zip(matched.into_iter().zip(meant)) {
-        if meant && !matched {
-            result.ledger_notes.push(note(format!("{} matches no test: correct or remove it.", entry.name())));
+        if meant && !matched && is_plain_part {
+            result.unmatched_entries.push(entry.name());
+        } else if meant && !matched {
+            result.ledger_notes.push(note(unmatched(&entry.name())));
         } else if matched && today > entry.expires {
             result.ledger_notes.push(note(format!("{} expired on {}.", entry.name(), entry.expires)));
         }
     }
+}
+
+/// What is said of an entry that matches no test of a whole run.
+pub(crate) fn unmatched(name: &str) -> String {
+    format!("{name} matches no test: correct or remove it.")
 }
 
 fn note(text: String) -> LedgerNote {
@@ -148,7 +156,7 @@ fn judge(case: &mut CaseResult, entries: &[&LedgerEntry], today: Date) -> bool {
 }
 
 /// Computes the verdicts of the requirements again after verdicts of cases have changed.
-fn update_requirements(run: &mut DeviceRun) {
+pub(crate) fn update_requirements(run: &mut DeviceRun) {
     for of in &mut run.requirements {
         let said = run.cases.iter().flat_map(|case| &case.covers).filter(|covered| covered.id == of.id);
         if let Some(worst) = said.map(|covered| covered.verdict).reduce(worse) {

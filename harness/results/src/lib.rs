@@ -7,6 +7,7 @@
 pub mod bench_file;
 pub mod journal;
 pub mod ledger;
+pub mod merge;
 pub mod outcome;
 mod schema;
 pub mod verdict;

@@ -5,6 +5,7 @@ use std::time::Duration;
 use suite::Location;
 use suite::model::Level;
 
+pub use wire::profibus::fdl::BitTimes;
 pub use wire::profibus::statistics::{BitTimeRange, BusStatistics, StationStatistics};
 
 /// The results of one call of `encspec run`, one entry per device under test.
@@ -19,8 +20,45 @@ pub struct RunResult {
     pub fail_on_not_applicable: bool,
     /// How many results of each device have to pass (`--min-pass`).
     pub min_pass: Option<MinimumPass>,
+    /// Whether a failed trial that passed when it was repeated counts as neutral (`--accept-flaky`).
+    pub accept_flaky: bool,
     /// Command-line arguments to repeat in each command that reproduces a failure (`--suites DIR`).
     pub repeat: Vec<String>,
+    /// The filters of the command line, as they were written; empty if everything was selected.
+    pub filters: Vec<String>,
+    /// Which part of the trials this is (`--part`); `None`: all of them.
+    pub part: Option<RunPart>,
+    /// The entries of the ledger that matched no test of a part; in a whole run this is a red note.
+    pub unmatched_entries: Vec<String>,
+    /// What made the run, and where.
+    pub origin: RunOrigin,
+}
+
+/// One of several parts of the trials of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RunPart {
+    /// The number of this part, from 1.
+    pub number: usize,
+    /// The number of parts.
+    pub of: usize,
+}
+
+/// Formats it as `--part` takes it.
+impl std::fmt::Display for RunPart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
+    }
+}
+
+/// What made a run, and where: what a report needs to be traced back.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RunOrigin {
+    /// The commit from which encspec was built, if it is known.
+    pub commit: Option<String>,
+    /// When a live run began, as `2026-11-28T04:05:06Z`; virtual runs have no time.
+    pub started: Option<String>,
+    /// The name of the host of a live run.
+    pub host: Option<String>,
 }
 
 /// The results of a device that have to pass at least.
@@ -263,6 +301,8 @@ pub struct CaseResult {
     pub evidence: Option<String>,
     /// How often a live trial was repeated because the harness or the line was late.
     pub repeats: u32,
+    /// The attempt, from 2, in which a failed trial passed (`--retries`). The verdict stays that of the first attempt.
+    pub passed_in_attempt: Option<u32>,
     /// For a live trial that is not applicable: the lines of the bench file, or options, that would change it.
     pub bench_lines: Vec<String>,
 }
@@ -275,6 +315,12 @@ impl CaseResult {
     pub fn slow(&self) -> impl Iterator<Item = &str> {
         self.notes.iter().map(String::as_str).filter(|note| note.starts_with(SLOW))
     }
+}
+
+/// The reason of a rule that was never decided.
+pub fn never_decided(decided: &DecisionCounts, filtered: bool) -> String {
+    let red = if filtered { "" } else { "; in a whole run every rule has to be decided at least once" };
+    format!("the premise never occurred in {} frames and events{red}", decided.checked)
 }
 
 /// How often a rule was decided.

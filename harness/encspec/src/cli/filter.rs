@@ -34,6 +34,13 @@ pub struct FilterArgs {
 }
 
 impl FilterArgs {
+    /// The arguments as they were written, for the report of a run.
+    pub fn as_written(&self) -> Vec<String> {
+        let exact = self.exact.then(|| "--exact".to_owned());
+        let failed = self.failed.as_ref().map(|_| "--failed".to_owned());
+        self.filters.iter().cloned().chain(exact).chain(failed).collect()
+    }
+
     /// The selection of these arguments. `evidence` is the folder of the captures, which has the last run.
     pub fn selection(&self, manuals: &[Manual], evidence: &Path) -> Result<Selection, CommandError> {
         let selection = Selection::of(&self.filters, self.exact, manuals);

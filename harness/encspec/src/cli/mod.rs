@@ -10,6 +10,7 @@ mod bugs;
 mod check;
 mod control;
 mod coverage;
+mod diff;
 mod discover;
 pub mod dut;
 mod errata;
@@ -19,11 +20,13 @@ mod gsd;
 pub mod gsdml;
 mod list;
 pub mod live;
+mod merge;
 mod personas;
 pub mod port;
 mod progress;
 mod record;
 mod replay;
+mod reports;
 pub mod run;
 mod serve;
 mod slaves;
@@ -57,6 +60,10 @@ Exit status: 0 all green, 1 at least one result is red, 2 an error on the comman
 enum CliCommand {
     /// Run cases and rules against a device
     Run(run::RunArgs),
+    /// Compare two runs: what newly fails, newly passes, or has another reason
+    Diff(diff::DiffArgs),
+    /// Join the parts of a run, or runs of different devices, into one report
+    Merge(merge::MergeArgs),
     /// List cases and rules
     List(list::ListArgs),
     /// Show how much of each manual the cases and rules cover
@@ -236,7 +243,7 @@ impl ColourChoice {
     /// Whether standard output is coloured.
     fn is_on(self) -> bool {
         match self {
-            ColourChoice::Auto => run::colours(),
+            ColourChoice::Auto => reports::colours(),
             ColourChoice::Always => true,
             ColourChoice::Never => false,
         }
@@ -257,7 +264,7 @@ struct ReplayReportRequest {
 }
 
 fn replay_report(text: &str) -> Result<ReplayReportRequest, String> {
-    let (word, file) = run::format_and_file(text)?;
+    let (word, file) = reports::format_and_file(text)?;
     match word {
         "html" => Ok(ReplayReportRequest { format: ReplayFormat::Html, file }),
         "json" => Ok(ReplayReportRequest { format: ReplayFormat::Json, file }),
@@ -318,6 +325,8 @@ pub fn main() -> ExitCode {
     let command = Cli::parse().command.or_else(|| Cli::parse_from(["encspec", "run"]).command);
     let ended = command.map_or(Ok(ExitStatus::Usage), |command| match command {
         CliCommand::Run(args) => run::run(&args),
+        CliCommand::Diff(args) => diff::diff(&args),
+        CliCommand::Merge(args) => merge::run(&args),
         CliCommand::List(args) => list::list(&args),
         CliCommand::Coverage(args) => coverage::coverage(&args),
         CliCommand::Attribution(args) => attribution::attribution(&args),

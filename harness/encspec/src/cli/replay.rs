@@ -2,7 +2,7 @@
 
 use super::dut::claim;
 use super::progress::CaptureReadProgress;
-use super::run::{open, write};
+use super::reports::{open, write};
 use super::{
     ColourChoice, CommandError, CommandResult, DissectArgs, ReplayArgs, ReplayFormat, SeverityChoice, ShownFindings,
     list, print_message, show,

@@ -1,7 +1,10 @@
 //! `encspec run`: runs cases and rules, writes reports, and decides the exit status.
 
-use super::dut::{devices, suggest};
+use super::dut::devices;
 use super::filter::{FilterArgs, LAST_RUN, last_run};
+use super::reports::{
+    ReportRequest, check_folders, colours, open_all, parse_report_request, uses_standard_output, write_all,
+};
 use super::{CommandError, CommandResult, Suites, show};
 use clap::{ArgAction, Args, ValueEnum};
 use deviations::{Subject, persona_bugs};
@@ -9,14 +12,11 @@ use engine::{self, DutSpec, RunOptions, TrialPart};
 use indicatif::{ProgressBar, ProgressStyle};
 use live::lock::Lock;
 use plain_text::nearest;
-use replay::PageCapture;
-use report::page::{Mark, Timeline};
-use report::{self, CaseEvidence, ReportFormat};
+use report;
 use results::ledger::{self, Date, Ledger};
-use results::outcome::{CaseResult, MinimumPass, RunResult};
-use std::ffi::OsStr;
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, IsTerminal, Write};
+use results::outcome::{MinimumPass, RunResult};
+use std::fs;
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use suite::model::Manual;
@@ -59,7 +59,7 @@ pub struct RunArgs {
     /// Results that make the run red although they do not by themselves
     #[arg(long, value_enum)]
     fail_on: Option<FailOn>,
-    /// Write a report; FORMAT is console, html, json, junit, tap or text, FILE - is standard output; may be repeated
+    /// Write a report; FORMAT is console, html, json, junit, markdown, tap or text, FILE - is standard output; may be repeated
     #[arg(long, value_name = "FORMAT=FILE", value_parser = parse_report_request)]
     report: Vec<ReportRequest>,
     /// Ledger of known failures
@@ -113,31 +113,6 @@ enum FailOn {
     NotApplicable,
 }
 
-/// A report that `--report` requests.
-#[derive(Clone, Debug)]
-struct ReportRequest {
-    format: ReportFormat,
-    file: PathBuf,
-}
-
-/// Splits `FORMAT=FILE` into format and file.
-pub(super) fn format_and_file(text: &str) -> Result<(&str, PathBuf), String> {
-    let (word, file) = text.split_once('=').ok_or("write FORMAT=FILE, for instance json=report.json")?;
-    if file.is_empty() {
-        Err(format!("the file name is missing after `{word}=`"))
-    } else {
-        Ok((word, PathBuf::from(file)))
-    }
-}
-
-fn parse_report_request(text: &str) -> Result<ReportRequest, String> {
-    let (word, file) = format_and_file(text)?;
-    let words = ReportFormat::ALL.map(|(word, _)| word);
-    let known = ReportFormat::ALL.into_iter().find(|(known, _)| *known == word);
-    let (_, format) = known.ok_or_else(|| suggest("format", word, words))?;
-    Ok(ReportRequest { format, file })
-}
-
 /// What to run, named as on the command line. The `cargo test` front end (`tests/conformance.rs`) uses it as well.
 #[derive(Clone, Debug, Default)]
 pub struct RunRequest {
@@ -180,6 +155,8 @@ pub struct RunRequest {
 pub struct PreparedRun {
     options: RunOptions,
     ledger: Ledger,
+    /// The filters as they were written.
+    filters: Vec<String>,
     /// Held until the run ends.
     _locks: Vec<Lock>,
 }
@@ -258,7 +235,7 @@ impl RunRequest {
             let persona = persona.clone().map_or_else(of_bench, |persona| Ok(Some(persona)))?;
             options.duts.push(super::live::open(bench, &self.suites, self.long, persona)?);
         }
-        Ok(PreparedRun { options, ledger, _locks: locks })
+        Ok(PreparedRun { options, ledger, filters: self.filter.as_written(), _locks: locks })
     }
 
     /// Drops devices that cannot have the bugs and variations. It is an error if such a device was named.
@@ -319,6 +296,7 @@ impl PreparedRun {
     pub fn run(&self, manuals: &[Manual], progress: engine::RunProgress<'_>) -> Result<RunResult, CommandError> {
         let run = engine::run(manuals, &self.options, progress);
         let mut result = run.map_err(|error| CommandError::bench(error.to_string()))?;
+        result.filters = self.filters.clone();
         ledger::apply(&self.ledger, &mut result, Date::of(SystemTime::now()));
         Ok(result)
     }
@@ -346,18 +324,10 @@ pub(super) fn run(args: &RunArgs) -> CommandResult {
         long: args.long,
         suites: args.suites.clone(),
     };
-    // Report a misspelt folder before a live device is touched.
-    for requested in &args.report {
-        let folder = requested.file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
-            let (file, folder) = (requested.file.display(), folder.display());
-            return Err(CommandError::usage(format!(
-                "the report {file} cannot be written: folder {folder} does not exist"
-            )));
-        }
-    }
+    // A misspelt folder is an error before a live device is touched.
+    check_folders(&args.report)?;
     let ready = request.ready(&manuals)?;
-    let files = args.report.iter().map(|requested| open(&requested.file)).collect::<Result<Vec<_>, CommandError>>()?;
+    let files = open_all(&args.report)?;
     let bar = progress_bar();
     let result = ready.run(&manuals, &|device, done, all| {
         bar.set_length(all as u64);
@@ -369,17 +339,11 @@ pub(super) fn run(args: &RunArgs) -> CommandResult {
     result.repeat = options_to_repeat(&args.suites);
     result.min_pass = args.min_pass;
     result.fail_on_not_applicable = args.fail_on == Some(FailOn::NotApplicable);
-    for (requested, file) in args.report.iter().zip(files) {
-        let text = match requested.format {
-            ReportFormat::Html => report::html(&result, &|case| evidence_pictures(case, &manuals)),
-            format => format.write(&result),
-        };
-        write(&text, &requested.file, file)?;
-    }
+    write_all(&args.report, files, &result, &manuals)?;
     if let Some(folder) = args.evidence.as_deref().filter(|_| !args.no_evidence) {
         keep_last_run(folder, &result);
     }
-    if !args.report.iter().any(|requested| requested.file == Path::new("-")) {
+    if !uses_standard_output(&args.report) {
         show(&report::console(&result, report::ConsoleOptions { colour: colours(), verbose: args.verbose }));
     }
     Ok(report::status(&result))
@@ -394,53 +358,9 @@ fn keep_last_run(folder: &Path, result: &RunResult) {
     }
 }
 
-/// Timelines and the failing packet, from the capture of a case. Empty if there is no capture or it cannot be read.
-fn evidence_pictures(case: &CaseResult, manuals: &[Manual]) -> CaseEvidence {
-    let place = case.failures.first().and_then(|failure| failure.place.as_ref());
-    let evidence = case.evidence.as_ref().and_then(|path| File::open(path).ok());
-    let frame = place.iter().map(|place| place.frame);
-    let Some(Ok(details)) = evidence.map(|evidence| PageCapture::at(evidence, frame, manuals)) else {
-        return CaseEvidence::default();
-    };
-    let mark = place.and_then(|place| Some((place.octet?, place.bit)));
-    let packet = place.and_then(|place| details.packet(place.frame, mark, manuals));
-    let at = place.and_then(|place| details.seconds(place.frame));
-    let mut timelines: Vec<Timeline> = details.timelines.into_iter().map(|(_, timeline)| timeline).collect();
-    for (index, timeline) in timelines.iter_mut().enumerate() {
-        timeline.heading = format!("Connection {}", index + 1);
-        let at = at.filter(|at| (timeline.from..=timeline.to).contains(at));
-        let text = case.reason.clone().unwrap_or_default();
-        timeline.marks.extend(at.map(|at| Mark { at, is_finding: true, text, anchor: None }));
-    }
-    CaseEvidence { packet, timelines }
-}
-
 /// The options that the command line for reproducing a failure must repeat.
 fn options_to_repeat(suites: &Suites) -> Vec<String> {
     suites.folders.iter().flat_map(|folder| ["--suites".to_owned(), folder.display().to_string()]).collect()
-}
-
-/// Opens the file of a report before anything runs, so that no result is lost to a wrong path. An existing file keeps its content
-/// until the report is written.
-pub(super) fn open(path: &Path) -> Result<Option<File>, CommandError> {
-    if path == Path::new("-") {
-        return Ok(None);
-    }
-    let opened = OpenOptions::new().write(true).create(true).truncate(false).open(path);
-    opened
-        .map(Some)
-        .map_err(|error| CommandError::usage(format!("the report {} cannot be written: {error}", path.display())))
-}
-
-pub(super) fn write(text: &str, path: &Path, file: Option<File>) -> Result<(), CommandError> {
-    let Some(mut file) = file else {
-        show(text);
-        return Ok(());
-    };
-    // Fails on pipes and character devices, which have no length.
-    let _ = file.set_len(0);
-    let written = file.write_all(text.as_bytes()).and_then(|()| file.flush());
-    written.map_err(|error| CommandError::bench(format!("the report {} could not be written: {error}", path.display())))
 }
 
 /// A progress bar on standard error, if that is a terminal.
@@ -451,10 +371,4 @@ fn progress_bar() -> ProgressBar {
     let style =
         ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(0).with_style(style)
-}
-
-/// Whether to colour standard output: it is a terminal, `NO_COLOR` is not set and `TERM` is not `dumb`.
-pub(super) fn colours() -> bool {
-    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-    io::stdout().is_terminal() && set("NO_COLOR").is_none() && set("TERM").is_none_or(|term| term != OsStr::new("dumb"))
 }

@@ -15,6 +15,7 @@ mod built_in;
 mod built_in_suites;
 mod cli;
 mod code_rules;
+mod compare_runs;
 mod coverage;
 mod crate_structure;
 mod damaged_captures;

@@ -58,7 +58,7 @@ fn a_run_on_profibus_says_what_the_master_measured() {
     let json: serde_json::Value = serde_json::from_str(&report::json(&result)).expect("JSON");
     let bus = &json["runs"][0]["bus"];
     assert_eq!((&bus["min_tsdr_bits"], &bus["max_tsdr_bits"]), (&11.into(), &150.into()));
-    let expected = serde_json::json!({ "min": 11, "mean": 61, "max": 160 });
+    let expected = serde_json::json!({ "min": 11, "mean": 61, "max": 160, "sum": 183 });
     assert_eq!((&bus["stations"][0]["answer_bits"], &bus["stations"][0]["after_max_tsdr"]), (&expected, &1.into()));
     assert_eq!((&bus["stations"][1]["station"], &bus["stations"][1]["unanswered"]), (&99.into(), &1.into()));
     assert_eq!((&bus["token_rotations"], &bus["rotation_bits"]["max"]), (&1.into(), &500.into()));

@@ -36,6 +36,7 @@ pub fn case(id: &str, kind: CaseKind, verdict: Verdict, level: Level) -> CaseRes
         at: at(7),
         evidence: None,
         repeats: 0,
+        passed_in_attempt: None,
         bench_lines: Vec::new(),
     }
 }

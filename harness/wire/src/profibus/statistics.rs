@@ -33,6 +33,16 @@ impl BitTimeRange {
         self.sum = self.sum.saturating_add(other.sum);
     }
 
+    /// A range of `count` durations with these limits and this sum, all in bit times, as a report has it.
+    pub fn from_parts(count: u64, [least, most, sum]: [u64; 3]) -> BitTimeRange {
+        if count == 0 { BitTimeRange::default() } else { BitTimeRange { count, least, most, sum } }
+    }
+
+    /// The sum of the durations.
+    pub fn sum(&self) -> BitTimes {
+        BitTimes(self.sum)
+    }
+
     /// The number of durations.
     pub fn count(&self) -> u64 {
         self.count
@@ -77,7 +87,17 @@ pub struct BusStatistics {
 }
 
 impl BusStatistics {
-    /// The stations that were asked, in the order of the first request to each.
+    /// The measurements of these stations, as a report has them.
+    pub fn from_parts(
+        mut stations: Vec<StationStatistics>,
+        rotation: BitTimeRange,
+        tsdr: (BitTimes, BitTimes),
+    ) -> BusStatistics {
+        stations.sort_by_key(|of| of.station);
+        BusStatistics { stations, rotation, tsdr }
+    }
+
+    /// The stations that were asked, by their addresses.
     pub fn stations(&self) -> &[StationStatistics] {
         &self.stations
     }
@@ -122,9 +142,9 @@ impl BusStatistics {
     }
 
     fn station(&mut self, station: u8) -> &mut StationStatistics {
-        let at = self.stations.iter().position(|of| of.station == station).unwrap_or_else(|| {
-            self.stations.push(StationStatistics::new(station));
-            self.stations.len() - 1
+        let at = self.stations.binary_search_by_key(&station, |of| of.station).unwrap_or_else(|at| {
+            self.stations.insert(at, StationStatistics::new(station));
+            at
         });
         &mut self.stations[at]
     }
