@@ -52,6 +52,7 @@ pub(super) fn not_run(
         frames: 0,
         at: trial.at.clone(),
         evidence: None,
+        evidence_sha256: None,
         repeats: 0,
         passed_in_attempt: None,
         bench_lines,

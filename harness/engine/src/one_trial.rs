@@ -19,6 +19,8 @@ use results::journal::JournalEntry;
 use results::outcome::{CaseFailure, CaseKind, CaseResult, Covered, DeviceFinding, FailureCause, FindingSeverity};
 use results::verdict::Verdict;
 use station::Time;
+use std::cell::Cell;
+use std::time::{SystemTime, UNIX_EPOCH};
 use suite::model::{Manual, SuiteRule, SuiteVariant, Trial, TrialStep, Verb};
 use wire::profibus::fdl::BaudRate;
 
@@ -102,20 +104,29 @@ pub(super) fn run_admitted(
     if let Some(why) = persona.and_then(|persona| persona::unfit_trial(&persona, manual, variant, trial)) {
         return Ok(not_run(TrialExclusion::NotApplicable { why, lines: vec!["persona".to_owned()] }));
     }
+    let is_live = dut.live().is_some_and(|live| !live.is_virtual());
+    let began = Cell::new(Time::ZERO);
     let run_once = || -> Result<TrialOutcome, String> {
+        if is_live {
+            began.set(now());
+        }
         let segment = dut.segment(&trial.id, dp_line(dut, manual, Some(trial)), manual.device.profibus().is_some())?;
         Ok(run_trial_on(segment, manual, variant, dut, trial, options))
     };
     let with_capture = |mut outcome: TrialOutcome| {
-        outcome.case = evidence::write_captures(outcome.case, manual, variant, &outcome.trace, options);
+        outcome.case = evidence::write_captures(outcome.case, manual, variant, (&outcome.trace, began.get()), options);
         outcome
     };
     let Some(live) = dut.live() else {
-        return run_once().map(with_capture);
+        return retried(options.retries, with_capture(run_once()?), &run_once, &|| true);
     };
     let admit = || live.admit(variant, trial);
     let outcome = match admit() {
-        Ok(()) => with_capture(repeat_stalled(options.stall_repeats, &run_once, &|| admit().is_ok())?),
+        Ok(()) => {
+            let admits = || admit().is_ok();
+            let attempt = || repeat_stalled(options.stall_repeats, &run_once, &admits);
+            retried(options.retries, with_capture(attempt()?), &attempt, &admits)?
+        }
         Err(excluded) => not_run(excluded),
     };
     let answered = outcome.identity.is_some() || outcome.case.frames == 0;
@@ -123,6 +134,38 @@ pub(super) fn run_admitted(
     let verdict = outcome.case.verdict.word().to_owned();
     if let Err(why) = live.note(&JournalEntry::Verdict { trial: trial.id.clone(), verdict }) {
         live.end_tests(&why);
+    }
+    Ok(outcome)
+}
+
+/// The time since 1970.
+fn now() -> Time {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    Time::from_nanos(u64::try_from(since.as_nanos()).unwrap_or_default())
+}
+
+/// Runs a trial that did not pass again, `most` times at most, until it passes and breaks no rule. The verdict, the failures and the
+/// capture stay those of the first attempt.
+fn retried(
+    most: u32,
+    mut outcome: TrialOutcome,
+    attempt: &dyn Fn() -> Result<TrialOutcome, String>,
+    admits: &dyn Fn() -> bool,
+) -> Result<TrialOutcome, String> {
+    if !matches!(outcome.case.verdict, Verdict::Fail | Verdict::Inconclusive | Verdict::Error) {
+        return Ok(outcome);
+    }
+    let mut attempts = 1;
+    while attempts <= most && admits() {
+        attempts += 1;
+        let again = attempt()?;
+        if again.case.verdict == Verdict::Pass && again.rules.iter().all(|rule| rule.broken.is_none()) {
+            outcome.case.passed_in_attempt = Some(attempts);
+            return Ok(outcome);
+        }
+    }
+    if attempts > 1 {
+        outcome.case.notes.push(format!("it did not pass in any of {attempts} attempts"));
     }
     Ok(outcome)
 }
@@ -277,6 +320,7 @@ fn outcome(mut run: RunningTrial<'_>, decided: Option<(Verdict, CaseFailure)>, d
         frames: run.world.trace.len() as u64,
         at: trial.at.clone(),
         evidence: None,
+        evidence_sha256: None,
         repeats: 0,
         passed_in_attempt: None,
         bench_lines: Vec::new(),
@@ -339,5 +383,114 @@ fn rule_failure(
         trace: failure::trace(world, frame),
         next: format!("Run this trial alone: encspec run {repeat} '{}' --exact", trial.id),
         before_test: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use judge::{JudgeTick, TickKind};
+    use results::outcome::DecisionCounts;
+    use std::path::PathBuf;
+    use std::sync::Arc;
+    use suite::Location;
+    use suite::model::Level;
+    use virtual_wire::Trace;
+
+    fn violation() -> RuleViolation {
+        RuleViolation {
+            tick: JudgeTick { time: Time::ZERO, frame: 1, kind: TickKind::Event },
+            trigger: None,
+            how: String::new(),
+            parts: Vec::new(),
+            names: Vec::new(),
+            place: None,
+        }
+    }
+
+    fn attempt(verdict: Verdict, is_rule_broken: bool) -> TrialOutcome {
+        let at = Location { file: Arc::new(PathBuf::from("a.yaml")), line: 1, column: 1 };
+        let case = CaseResult {
+            id: "a/b/c".into(),
+            kind: CaseKind::Trial,
+            why: String::new(),
+            verdict,
+            level: Level::Must,
+            covers: Vec::new(),
+            reason: None,
+            failures: Vec::new(),
+            readings: Vec::new(),
+            saved: Vec::new(),
+            notes: Vec::new(),
+            decided: None,
+            duration: std::time::Duration::ZERO,
+            frames: 0,
+            at: at.clone(),
+            evidence: None,
+            evidence_sha256: None,
+            repeats: 0,
+            passed_in_attempt: None,
+            bench_lines: Vec::new(),
+        };
+        let failure = CaseFailure {
+            blame: FailureCause::Device,
+            what: String::new(),
+            step: String::new(),
+            at,
+            requirements: Vec::new(),
+            parts: Vec::new(),
+            place: None,
+            trace: Vec::new(),
+            next: String::new(),
+            before_test: false,
+        };
+        let broken = is_rule_broken.then(|| (violation(), failure));
+        let rule = TrialRuleResult { decided: DecisionCounts::default(), broken, slow: None, disturbed: false };
+        TrialOutcome {
+            case,
+            rules: vec![rule],
+            findings: Vec::new(),
+            identity: None,
+            disturbed: None,
+            likely_reading: None,
+            bus: None,
+            trace: Trace::new(),
+        }
+    }
+
+    /// The attempt in which a trial passed whose attempts have these verdicts, and how many there were.
+    fn tried(most: u32, attempts: &[(Verdict, bool)]) -> (CaseResult, usize) {
+        let number = Cell::new(0);
+        let next = || {
+            let (verdict, broken) = attempts[number.get()];
+            number.set(number.get() + 1);
+            Ok(attempt(verdict, broken))
+        };
+        let first = next().expect("the first attempt");
+        (retried(most, first, &next, &|| true).expect("no error").case, number.get())
+    }
+
+    #[test]
+    fn a_failed_trial_is_tried_again_and_keeps_its_verdict() {
+        use Verdict::{Fail, Inconclusive, NotApplicable, Pass};
+        let said = |most, attempts: &[(Verdict, bool)]| {
+            let (case, number) = tried(most, attempts);
+            (case.verdict, case.passed_in_attempt, number)
+        };
+        assert_eq!(said(0, &[(Fail, false)]), (Fail, None, 1));
+        assert_eq!(said(2, &[(Pass, false)]), (Pass, None, 1));
+        assert_eq!(said(2, &[(NotApplicable, false)]), (NotApplicable, None, 1));
+        assert_eq!(said(2, &[(Fail, false), (Pass, false)]), (Fail, Some(2), 2));
+        assert_eq!(said(2, &[(Inconclusive, false), (Fail, false), (Pass, false)]), (Inconclusive, Some(3), 3));
+        assert_eq!(said(2, &[(Fail, false), (Fail, false), (Fail, false)]), (Fail, None, 3));
+        assert_eq!(said(1, &[(Fail, false), (Pass, true)]), (Fail, None, 2), "a rule is broken in the second attempt");
+        assert_eq!(tried(1, &[(Fail, false), (Fail, false)]).0.notes, ["it did not pass in any of 2 attempts"]);
+    }
+
+    #[test]
+    fn without_consent_no_trial_is_tried_again() {
+        let next = || -> Result<TrialOutcome, String> { panic!("it ran again") };
+        let case = retried(3, attempt(Verdict::Fail, false), &next, &|| false).expect("no error").case;
+        assert_eq!((case.passed_in_attempt, case.notes), (None, Vec::new()));
     }
 }

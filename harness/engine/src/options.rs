@@ -2,6 +2,7 @@
 
 use super::dut::DutSpec;
 use super::selection::Selection;
+use results::outcome::CaseResult;
 use std::path::PathBuf;
 use std::sync::Arc;
 use suite::persona::Persona;
@@ -27,6 +28,23 @@ pub struct RunOptions {
     pub part: Option<TrialPart>,
     /// How often a live trial is repeated while a stall is its only trouble; see [`STALL_REPEATS`].
     pub stall_repeats: u32,
+    /// How often a trial that did not pass is run again; one that passes then is flaky.
+    pub retries: u32,
+    /// Which result ends the run; `None`: none does.
+    pub fail_fast: Option<FailFast>,
+}
+
+/// Says whether a result ends a run (`--fail-fast`).
+#[derive(Clone)]
+pub struct FailFast(pub Arc<EndsRun>);
+
+/// Whether a result of a device ends a run.
+pub type EndsRun = dyn Fn(&DutSpec, &CaseResult) -> bool + Send + Sync;
+
+impl std::fmt::Debug for FailFast {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("FailFast")
+    }
 }
 
 /// How often `encspec run` repeats a live trial that a stall of the host or the line left without a verdict.

@@ -86,7 +86,12 @@ impl<'a> DevicePlan<'a> {
             .collect();
         let labels: Vec<String> = plans.iter().map(|plan| plan.label()).collect();
         let said = |at: usize, done| progress(&labels[jobs[at].0], done, jobs.len());
-        let mut outcomes = all(&jobs, options.threads, &said, &|(index, trial)| plans[index].run(trial, options));
+        let work = StoppableWork {
+            run: &|(index, trial): (usize, &Trial)| plans[index].run(trial, options),
+            stops: &|(index, _), outcome| plans[index].stops(outcome, options),
+            skip: &|(index, trial)| Ok(plans[index].not_judged_trial(trial, STOPPED)),
+        };
+        let mut outcomes = all(&jobs, options.threads, &said, &work);
         let mut of_plans: Vec<_> =
             plans.iter().rev().map(|plan| outcomes.split_off(outcomes.len() - plan.trials.len())).collect();
         of_plans.reverse();
@@ -95,39 +100,74 @@ impl<'a> DevicePlan<'a> {
 
     /// The outcomes of the trials if none of them runs.
     pub fn not_judged(&self, why: &str) -> Vec<Result<TrialOutcome, String>> {
-        let not_run = |trial: &&Trial| {
-            let excluded = TrialExclusion::NotRun(why.to_owned());
-            Ok(live_run::not_run(self.described(), self.variant, trial, excluded))
-        };
-        self.trials.iter().map(not_run).collect()
+        self.trials.iter().map(|trial| Ok(self.not_judged_trial(trial, why))).collect()
+    }
+
+    fn not_judged_trial(&self, trial: &Trial, why: &str) -> TrialOutcome {
+        live_run::not_run(self.described(), self.variant, trial, TrialExclusion::NotRun(why.to_owned()))
+    }
+
+    /// Whether an outcome ends the run.
+    pub fn stops(&self, outcome: &Result<TrialOutcome, String>, options: &RunOptions) -> bool {
+        let Some(stops) = &options.fail_fast else { return false };
+        outcome.as_ref().map_or(true, |outcome| (stops.0)(self.dut, &outcome.case))
     }
 
     /// Runs the trials one after the other.
     pub fn run_alone(&self, options: &RunOptions, progress: RunProgress<'_>) -> Vec<Result<TrialOutcome, String>> {
         let (label, count) = (self.label(), self.trials.len());
-        all(&self.trials, 1, &|_, done| progress(&label, done, count), &|trial| self.run(trial, options))
+        let work = StoppableWork {
+            run: &|trial: &Trial| self.run(trial, options),
+            stops: &|_, outcome| self.stops(outcome, options),
+            skip: &|trial| Ok(self.not_judged_trial(trial, STOPPED)),
+        };
+        all(&self.trials, 1, &|_, done| progress(&label, done, count), &work)
     }
 }
 
-/// Does `work` for each item on some threads; a single one is the calling thread. The results have the order of the items.
-/// `progress` receives the index of the finished item, and how many are finished.
+/// Why a trial was not run after one that ended the run.
+pub(super) const STOPPED: &str = "not run: an earlier result is red, and --fail-fast ends the run there";
+
+/// Work on items that ends at the first result that stops it.
+struct StoppableWork<'a, T, R> {
+    run: &'a (dyn Fn(T) -> R + Sync),
+    /// Whether the result of an item ends the work.
+    stops: &'a (dyn Fn(T, &R) -> bool + Sync),
+    /// The result of an item after that.
+    skip: &'a (dyn Fn(T) -> R + Sync),
+}
+
+/// Does `work` for each item on some threads; a single one is the calling thread. The results have the order of the items, and all
+/// after the first one that stops are skipped, on whatever thread they are. `progress` receives the index of the finished item, and
+/// how many are finished.
 fn all<T: Copy + Sync, R: Send>(
     items: &[T],
     threads: usize,
     progress: &(dyn Fn(usize, usize) + Sync),
-    work: &(dyn Fn(T) -> R + Sync),
+    work: &StoppableWork<'_, T, R>,
 ) -> Vec<R> {
+    let last = AtomicUsize::new(usize::MAX);
+    let one = |at: usize, item: T| {
+        if at > last.load(Ordering::Relaxed) {
+            return (work.skip)(item);
+        }
+        let result = (work.run)(item);
+        if (work.stops)(item, &result) {
+            last.fetch_min(at, Ordering::Relaxed);
+        }
+        result
+    };
     let threads = match threads {
         0 => thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
     };
     if threads == 1 {
-        let one = |(at, item): (usize, &T)| {
-            let result = work(*item);
+        let each = |(at, item): (usize, &T)| {
+            let result = one(at, *item);
             progress(at, at + 1);
             result
         };
-        return items.iter().enumerate().map(one).collect();
+        return items.iter().enumerate().map(each).collect();
     }
     let next = AtomicUsize::new(0);
     let done = AtomicUsize::new(0);
@@ -138,7 +178,7 @@ fn all<T: Copy + Sync, R: Send>(
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(item) = items.get(index) else { break };
-                    let result = work(*item);
+                    let result = one(index, *item);
                     results.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push((index, result));
                     progress(index, done.fetch_add(1, Ordering::Relaxed) + 1);
                 }
@@ -147,5 +187,8 @@ fn all<T: Copy + Sync, R: Send>(
     });
     let mut results = results.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     results.sort_by_key(|(index, _)| *index);
-    results.into_iter().map(|(_, result)| result).collect()
+    // Another thread may have run an item before the stop was known.
+    let last = last.load(Ordering::Relaxed);
+    let kept = |(at, result): (usize, R)| if at > last { (work.skip)(items[at]) } else { result };
+    results.into_iter().map(kept).collect()
 }

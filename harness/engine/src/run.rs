@@ -6,7 +6,7 @@ use super::live::RestoreOutcome;
 use super::one_trial::environment;
 use super::options::{RunOptions, RunProgress, TrialPart};
 use super::outcome::{BenchError, TrialOutcome};
-use super::plan::DevicePlan;
+use super::plan::{DevicePlan, STOPPED};
 use super::requirements::{self, level};
 use super::{bus, causes, live_run, persona};
 use judge::slow::SlowReaction;
@@ -36,9 +36,16 @@ pub fn run(manuals: &[Manual], options: &RunOptions, progress: RunProgress<'_>) 
     let mut models = DevicePlan::run_together(&models, options, progress).into_iter();
     let part = options.part.map(|TrialPart { number, of }| RunPart { number, of });
     let mut result = RunResult { gate_must: options.gate_must, part, ..RunResult::default() };
+    let mut is_stopped = false;
     for plan in &plans {
-        let outcomes = if plan.dut.live().is_none() { models.next() } else { None };
-        result.runs.push(device(plan, outcomes, options, progress)?);
+        let mut outcomes = if plan.dut.live().is_none() { models.next() } else { None };
+        if outcomes.is_none() && is_stopped {
+            outcomes = Some(plan.not_judged(STOPPED));
+        }
+        let run = device(plan, outcomes, options, progress)?;
+        let stops = options.fail_fast.as_ref();
+        is_stopped |= stops.is_some_and(|stops| run.cases.iter().any(|case| (stops.0)(plan.dut, case)));
+        result.runs.push(run);
     }
     Ok(result)
 }
@@ -110,6 +117,7 @@ fn device(
                 Some(probed) => probed.firmware.clone(),
                 None => firmware(plan.described(), variant, dut, &environment),
             },
+            details: probed.map(|probed| probed.identification).unwrap_or_default(),
             device: dut.manual.clone(),
             variant: dut.variant.clone(),
             identity: identity
@@ -216,6 +224,7 @@ fn rule_result(
         frames: decided.checked,
         at: rule.at.clone(),
         evidence: None,
+        evidence_sha256: None,
         repeats: 0,
         passed_in_attempt: None,
         bench_lines: Vec::new(),

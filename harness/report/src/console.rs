@@ -19,6 +19,8 @@ pub struct ConsoleOptions {
     pub colour: bool,
     /// Whether every case is listed, in the order of the suite.
     pub verbose: bool,
+    /// Whether only what is red and the last line are written.
+    pub quiet: bool,
 }
 
 /// Upper limit of the ids listed for a group of cases with the same result; the rest is counted.
@@ -97,14 +99,29 @@ impl ConsoleWriter {
 
     fn whole(&mut self, result: &RunResult) -> std::fmt::Result {
         for run in &result.runs {
+            if self.look.quiet {
+                self.red(result, run)?;
+                continue;
+            }
             self.device(result, run)?;
             self.out.push('\n');
         }
-        for note in &result.ledger_notes {
+        for note in result.ledger_notes.iter().filter(|note| note.red || !self.look.quiet) {
             writeln!(self.out, "ledger: {}", printable(&note.text))?;
         }
         let summary = self.summary(result);
         writeln!(self.out, "{summary}")
+    }
+
+    /// The red results of a device.
+    fn red(&mut self, result: &RunResult, run: &DeviceRun) -> std::fmt::Result {
+        for case in by_cause(run) {
+            if result_colour(result, run, case) == ResultColour::Red {
+                self.failed(result, run, case)?;
+                self.out.push('\n');
+            }
+        }
+        Ok(())
     }
 
     fn device(&mut self, result: &RunResult, run: &DeviceRun) -> std::fmt::Result {
@@ -263,7 +280,13 @@ impl ConsoleWriter {
         if let ResultColour::Neutral(why) = colour {
             write!(self.out, ", {why}")?;
         }
+        if case.passed_in_attempt.is_some() {
+            write!(self.out, ", flaky")?;
+        }
         writeln!(self.out, ")\n    {}", printable(&case.why))?;
+        if let Some(attempt) = case.passed_in_attempt {
+            writeln!(self.out, "    flaky      it passed in attempt {attempt}; use --accept-flaky to let it pass")?;
+        }
         if let Some(reason) = &case.reason
             && case.failures.first().is_none_or(|failure| failure.what != *reason)
         {
@@ -406,6 +429,9 @@ impl ConsoleWriter {
             count(all().count(), "result", "results"),
             count(result.runs.len(), "device", "devices")
         );
+        let flaky = all().filter(|(_, case)| case.passed_in_attempt.is_some()).count();
+        let flaky = if flaky > 0 { format!(" ({flaky} flaky)") } else { String::new() };
+        let total = format!("{total}{flaky}");
         let red = listed(|colour| colour == ResultColour::Red);
         let rest = listed(|colour| colour != ResultColour::Red);
         let mut parts: Vec<String> =

@@ -1,6 +1,7 @@
 //! The report as an HTML page: everything that is not green in full, then all cases and requirements.
 
 use super::console::{by_cause, short};
+use super::handover;
 use super::status::{ExitStatus, ResultColour, reasons, result_colour, status};
 use super::text::totals;
 use super::words::{bus_lines, common_need, kind_of_cause, level, reproduce};
@@ -34,7 +35,12 @@ pub fn html(result: &RunResult, pictures: &dyn Fn(&CaseResult) -> CaseEvidence) 
     };
     let sentence = [format!("{word}: {}.", totals(all))].into_iter().chain(notes).collect::<Vec<_>>().join(" ");
     let chapters = result.runs.iter().enumerate().map(|(number, run)| chapter(number, result, run, pictures));
-    page(&HtmlPage { title: "encspec run".to_owned(), verdict: (tone, sentence), chapters: chapters.collect() })
+    page(&HtmlPage {
+        title: "encspec run".to_owned(),
+        verdict: (tone, sentence),
+        chapters: [handover::cover(result)].into_iter().chain(chapters).collect(),
+        data: vec![("evidence", handover::evidence_data(result))],
+    })
 }
 
 fn chapter(
@@ -49,6 +55,7 @@ fn chapter(
     let entries = detailed.iter().take(MOST_ENTRIES).enumerate();
     let mut facts = vec![("identity".to_owned(), run.dut.identity.clone())];
     facts.extend(run.dut.firmware.iter().map(|firmware| ("firmware".to_owned(), firmware.clone())));
+    facts.extend(run.dut.details.iter().cloned());
     facts.extend(run.persona.iter().map(|persona| ("persona".to_owned(), persona.clone())));
     if !run.variations.is_empty() {
         facts.push(("variations".to_owned(), run.variations.join(", ")));
@@ -85,7 +92,7 @@ fn chapter(
                 entry(anchor, result, run, case, pictures(case))
             })
             .collect(),
-        tables: tables(run),
+        tables: handover::tables(result, run).into_iter().chain(tables(result, run)).collect(),
     }
 }
 
@@ -110,6 +117,7 @@ fn without_repeated<'a>(cases: impl Iterator<Item = &'a CaseResult>) -> (Vec<&'a
 
 fn entry(anchor: String, result: &RunResult, run: &DeviceRun, case: &CaseResult, pictures: CaseEvidence) -> PageEntry {
     let mut facts = vec![("level".to_owned(), level(case.level).to_owned())];
+    facts.extend(case.passed_in_attempt.map(|attempt| ("flaky".to_owned(), format!("it passed in attempt {attempt}"))));
     facts.extend(case.reason.iter().map(|reason| ("reason".to_owned(), reason.clone())));
     case.failures.iter().for_each(|failure| add_failure(failure, &mut facts));
     facts.extend(case.notes.iter().map(|note| ("note".to_owned(), note.clone())));
@@ -158,7 +166,7 @@ fn tone(verdict: Verdict) -> Tone {
     }
 }
 
-fn tables(run: &DeviceRun) -> Vec<PageTable> {
+fn tables(result: &RunResult, run: &DeviceRun) -> Vec<PageTable> {
     let columns = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
     let findings = run.findings.iter().map(|of| {
         let said = of.parties().filter_map(|(who, said)| said.map(|said| format!("{who}: {said}")));
@@ -182,6 +190,7 @@ fn tables(run: &DeviceRun) -> Vec<PageTable> {
         let covers = case.covers.iter().map(|covered| covered.id.as_str()).collect::<Vec<_>>().join(", ");
         let cells = vec![
             case.verdict.word().to_owned(),
+            result_colour(result, run, case).word().to_owned(),
             case.id.clone(),
             case.why.clone(),
             covers,
@@ -202,7 +211,7 @@ fn tables(run: &DeviceRun) -> Vec<PageTable> {
         },
         PageTable {
             heading: "Cases and rules".to_owned(),
-            columns: columns(&["verdict", "id", "what it checks", "covers", "reason"]),
+            columns: columns(&["verdict", "counts as", "id", "what it checks", "covers", "reason"]),
             rows: cases.collect(),
         },
     ]

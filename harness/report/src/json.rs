@@ -1,6 +1,6 @@
 //! The report as JSON: a contract with other tools. Keys may be added, none is renamed or removed.
 
-use super::status::{ExitStatus, reasons, status};
+use super::status::{ExitStatus, reasons, result_colour, status};
 use super::words::{level, printable_json, reproduce};
 use results::ledger;
 use results::outcome::{
@@ -17,6 +17,8 @@ pub fn json(result: &RunResult) -> String {
         tool: ToolJson { name: "encspec", version: env!("CARGO_PKG_VERSION"), commit: result.origin.commit.as_deref() },
         started: result.origin.started.as_deref(),
         host: result.origin.host.as_deref(),
+        operator: result.origin.operator.as_deref(),
+        suites: TextMapJson(&result.origin.suites),
         green: status(result) == ExitStatus::Green,
         reasons: reasons(result),
         gate: if result.gate_must { "must" } else { "should" },
@@ -52,6 +54,10 @@ struct ReportJson<'a> {
     started: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     host: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    operator: Option<&'a str>,
+    #[serde(skip_serializing_if = "TextMapJson::is_empty")]
+    suites: TextMapJson<'a>,
     green: bool,
     /// Why the run as a whole is not green, apart from its cases.
     reasons: Vec<String>,
@@ -80,6 +86,21 @@ struct ToolJson<'a> {
     version: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     commit: Option<&'a str>,
+}
+
+/// Names with a text each.
+struct TextMapJson<'a>(&'a [(String, String)]);
+
+impl TextMapJson<'_> {
+    fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl Serialize for TextMapJson<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
 }
 
 #[derive(Serialize)]
@@ -215,6 +236,8 @@ struct DutJson<'a> {
     variant: &'a str,
     identity: &'a str,
     firmware: Option<&'a str>,
+    #[serde(skip_serializing_if = "TextMapJson::is_empty")]
+    details: TextMapJson<'a>,
 }
 
 /// Every verdict with its number, in the order of [`Verdict::ALL`].
@@ -232,6 +255,8 @@ struct CaseJson<'a> {
     kind: &'static str,
     why: &'a str,
     verdict: &'static str,
+    /// `green`, `neutral` or `red`: how the verdict counts in this run.
+    counts: &'static str,
     level: &'static str,
     covers: Vec<&'a str>,
     /// Requirements whose own check has another verdict than the case.
@@ -247,6 +272,8 @@ struct CaseJson<'a> {
     frames: u64,
     at: String,
     evidence: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    evidence_sha256: Option<&'a str>,
     reproduce: String,
     /// How often a live trial was repeated for a stall.
     #[serde(skip_serializing_if = "is_zero")]
@@ -343,9 +370,17 @@ struct RequirementJson<'a> {
 
 impl<'a> DeviceRunJson<'a> {
     fn new(result: &RunResult, run: &'a DeviceRun) -> DeviceRunJson<'a> {
-        let Dut { kind, spec, device, variant, identity, firmware } = &run.dut;
+        let Dut { kind, spec, device, variant, identity, firmware, details } = &run.dut;
         DeviceRunJson {
-            dut: DutJson { kind, spec, device, variant, identity, firmware: firmware.as_deref() },
+            dut: DutJson {
+                kind,
+                spec,
+                device,
+                variant,
+                identity,
+                firmware: firmware.as_deref(),
+                details: TextMapJson(details),
+            },
             persona: run.persona.as_deref(),
             bugs: &run.bugs,
             bug_notes: &run.bug_notes,
@@ -380,6 +415,7 @@ impl<'a> CaseJson<'a> {
             },
             why: &case.why,
             verdict: case.verdict.word(),
+            counts: result_colour(result, run, case).word(),
             level: level(case.level),
             covers: case.covers.iter().map(|covered| covered.id.as_str()).collect(),
             apart: case
@@ -403,6 +439,7 @@ impl<'a> CaseJson<'a> {
             frames: case.frames,
             at: place(&case.at),
             evidence: case.evidence.as_deref(),
+            evidence_sha256: case.evidence_sha256.as_deref(),
             reproduce: reproduce(result, run, case),
             repeats: case.repeats,
             passed_in_attempt: case.passed_in_attempt,

@@ -26,8 +26,9 @@ pub fn junit(result: &RunResult) -> String {
     );
     for (run, outcomes) in result.runs.iter().zip(&runs) {
         let name = format!("{}/{}", run.dut.device, run.dut.variant);
-        suite(&mut xml, &name, outcomes.iter().fold(JunitCounts::default(), JunitCounts::and));
-        about(&mut xml, run);
+        let counts = outcomes.iter().fold(JunitCounts::default(), JunitCounts::and);
+        suite(&mut xml, &name, counts, &of_device(result, run));
+        about(&mut xml, result, run);
         let clauses: FxHashMap<&str, &str> =
             run.requirements.iter().map(|of| (of.id.as_str(), of.cites.as_str())).collect();
         for (of, outcome) in run.cases.iter().zip(outcomes) {
@@ -36,7 +37,7 @@ pub fn junit(result: &RunResult) -> String {
         xml.end();
     }
     if !whole.is_empty() {
-        suite(&mut xml, "run as a whole", of_whole);
+        suite(&mut xml, "run as a whole", of_whole, &[]);
         for reason in &whole {
             xml.start("testcase", &[("name", reason)]);
             xml.empty("failure", &[("message", reason), ("type", "run")]);
@@ -73,19 +74,40 @@ impl JunitCounts {
 }
 
 /// Begins a suite; its properties and cases follow.
-fn suite(xml: &mut XmlWriter, name: &str, counts: JunitCounts) {
+fn suite(xml: &mut XmlWriter, name: &str, counts: JunitCounts, more: &[(&'static str, String)]) {
     let [tests, skipped, errors, failures] = counts.texts();
-    xml.start(
-        "testsuite",
-        &[("name", name), ("tests", &tests), ("skipped", &skipped), ("errors", &errors), ("failures", &failures)],
-    );
+    let mut attributes =
+        vec![("name", name), ("tests", &tests), ("skipped", &skipped), ("errors", &errors), ("failures", &failures)];
+    attributes.extend(more.iter().map(|(name, value)| (*name, value.as_str())));
+    xml.start("testsuite", &attributes);
+}
+
+/// The attributes of the suite of a device: the duration of its cases, and of a live run when and where it was.
+fn of_device(result: &RunResult, run: &DeviceRun) -> Vec<(&'static str, String)> {
+    let time: f64 = run.cases.iter().map(|case| case.duration.as_secs_f64()).sum();
+    let mut more = vec![("time", format!("{time:.3}"))];
+    // JUnit has no time zone; the time is UTC.
+    let started = result.origin.started.as_deref().map(|started| started.trim_end_matches('Z').to_owned());
+    more.extend(started.map(|started| ("timestamp", started)));
+    more.extend(result.origin.host.clone().map(|host| ("hostname", printable(&host))));
+    more
 }
 
 /// The properties of a run.
-fn about(xml: &mut XmlWriter, run: &DeviceRun) {
+fn about(xml: &mut XmlWriter, result: &RunResult, run: &DeviceRun) {
     xml.start("properties", &[]);
+    let commit = result.origin.commit.iter().map(|commit| format!(" ({commit})"));
+    property(xml, "encspec", &format!("{}{}", env!("CARGO_PKG_VERSION"), commit.collect::<String>()));
+    property(xml, "gate", if result.gate_must { "must" } else { "should" });
+    if let Some(part) = result.part {
+        property(xml, "part", &part.to_string());
+    }
+    result.filters.iter().for_each(|filter| property(xml, "filter", filter));
     property(xml, "dut", &run.dut.spec);
     property(xml, "identity", &run.dut.identity);
+    if let Some(firmware) = &run.dut.firmware {
+        property(xml, "firmware", firmware);
+    }
     if let Some(persona) = &run.persona {
         property(xml, "persona", persona);
     }
@@ -116,6 +138,9 @@ fn case(
     property(xml, "kind", if of.kind == CaseKind::Trial { "case" } else { "rule" });
     property(xml, "verdict", of.verdict.word());
     property(xml, "level", level(of.level));
+    if let Some(attempt) = of.passed_in_attempt {
+        property(xml, "flaky", &format!("it passed in attempt {attempt}"));
+    }
     for covered in &of.covers {
         property(xml, "requirement", &covered.id);
         if let Some(clause) = clauses.get(covered.id.as_str()) {
@@ -169,7 +194,7 @@ impl JunitOutcome {
         let skipped = |message: String| JunitOutcome::Skipped { message: printable(&message) };
         match (of.verdict, result_colour(result, run, of)) {
             (Verdict::Pass, _) => JunitOutcome::Passed,
-            (Verdict::NotApplicable, _) => skipped(reason.to_owned()),
+            (Verdict::NotApplicable, ResultColour::Green | ResultColour::Neutral(_)) => skipped(reason.to_owned()),
             (verdict, ResultColour::Green) => skipped(format!("{verdict}: {reason}")),
             (verdict, ResultColour::Neutral(why)) => skipped(format!("{verdict}, {why}: {reason}")),
             (verdict, ResultColour::Red) => {

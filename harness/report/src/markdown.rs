@@ -67,30 +67,34 @@ fn write(out: &mut String, result: &RunResult) -> std::fmt::Result {
             writeln!(out, "\nand {} more", red.len() - MOST)?;
         }
     }
+    for run in &result.runs {
+        let is_flaky = |case: &&CaseResult| {
+            case.passed_in_attempt.is_some() && result_colour(result, run, case) != ResultColour::Red
+        };
+        let flaky: Vec<&CaseResult> = run.cases.iter().filter(is_flaky).collect();
+        if !flaky.is_empty() {
+            writeln!(out, "\n## Flaky on {}, which this run accepts", escaped(&run.dut.spec))?;
+        }
+        flaky.iter().take(MOST).try_for_each(|case| entry(out, result, run, case))?;
+    }
     writeln!(out, "\n<details><summary>All results</summary>\n")?;
     writeln!(out, "| verdict | counts as | id |\n| --- | --- | --- |")?;
     for run in &result.runs {
         for case in &run.cases {
-            let counts = counts_as(result_colour(result, run, case));
+            let counts = result_colour(result, run, case).word();
             writeln!(out, "| {} | {counts} | {} |", case.verdict, escaped(&case.id))?;
         }
     }
     writeln!(out, "\n</details>")
 }
 
-/// The word for how a result counts.
-pub(super) fn counts_as(colour: ResultColour) -> &'static str {
-    match colour {
-        ResultColour::Green => "green",
-        ResultColour::Neutral(_) => "neutral",
-        ResultColour::Red => "red",
-    }
-}
-
 fn entry(out: &mut String, result: &RunResult, run: &DeviceRun, case: &CaseResult) -> std::fmt::Result {
     writeln!(out, "\n### {}: {}\n\n{}\n", case.verdict, escaped(&case.id), escaped(&case.why))?;
     let mut item = |name: &str, text: &str| writeln!(out, "- {name}: {}", escaped(text));
     item("level", level(case.level))?;
+    if let Some(attempt) = case.passed_in_attempt {
+        item("flaky", &format!("it passed in attempt {attempt}"))?;
+    }
     if let Some(reason) = &case.reason {
         item("reason", reason)?;
     }

@@ -10,7 +10,7 @@ use results::outcome::{
 };
 use results::verdict::Verdict;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error as _};
+use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -51,7 +51,13 @@ pub fn read(text: &str) -> Result<(String, RunResult), ReadError> {
         filters: read.filters,
         part: read.part.map(|of| RunPart { number: of.number, of: of.of }),
         unmatched_entries: read.unmatched_entries,
-        origin: RunOrigin { commit: read.tool.commit, started: read.started, host: read.host },
+        origin: RunOrigin {
+            commit: read.tool.commit,
+            started: read.started,
+            host: read.host,
+            operator: read.operator,
+            suites: read.suites.0,
+        },
     };
     Ok((read.tool.version, result))
 }
@@ -61,6 +67,9 @@ struct ReportText {
     tool: ToolText,
     started: Option<String>,
     host: Option<String>,
+    operator: Option<String>,
+    #[serde(default)]
+    suites: TextMapText,
     gate: String,
     #[serde(default)]
     fail_on_not_applicable: bool,
@@ -147,12 +156,40 @@ struct DutText {
     variant: String,
     identity: String,
     firmware: Option<String>,
+    #[serde(default)]
+    details: TextMapText,
 }
 
 impl DutText {
     fn into_dut(self) -> Dut {
-        let DutText { kind, spec, device, variant, identity, firmware } = self;
-        Dut { kind, spec, device, variant, identity, firmware }
+        let DutText { kind, spec, device, variant, identity, firmware, details } = self;
+        Dut { kind, spec, device, variant, identity, firmware, details: details.0 }
+    }
+}
+
+/// Names with a text each, in the order of the report.
+#[derive(Default)]
+struct TextMapText(Vec<(String, String)>);
+
+impl<'de> Deserialize<'de> for TextMapText {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<TextMapText, D::Error> {
+        struct InOrder;
+        impl<'de> Visitor<'de> for InOrder {
+            type Value = TextMapText;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("names with a text each")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<TextMapText, A::Error> {
+                let mut entries = Vec::new();
+                while let Some(entry) = map.next_entry()? {
+                    entries.push(entry);
+                }
+                Ok(TextMapText(entries))
+            }
+        }
+        from.deserialize_map(InOrder)
     }
 }
 
@@ -194,6 +231,7 @@ struct CaseText {
     #[serde(deserialize_with = "location")]
     at: Location,
     evidence: Option<String>,
+    evidence_sha256: Option<String>,
     #[serde(default)]
     repeats: u32,
     passed_in_attempt: Option<u32>,
@@ -230,6 +268,7 @@ impl CaseText {
             frames: self.frames,
             at: self.at,
             evidence: self.evidence,
+            evidence_sha256: self.evidence_sha256,
             repeats: self.repeats,
             passed_in_attempt: self.passed_in_attempt,
             bench_lines: self.bench_lines,

@@ -41,10 +41,24 @@ pub enum ResultColour {
     Red,
 }
 
+impl ResultColour {
+    /// The word in reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            ResultColour::Green => "green",
+            ResultColour::Neutral(_) => "neutral",
+            ResultColour::Red => "red",
+        }
+    }
+}
+
 /// How `case` of `run` counts: the colour of its verdict, after the gate of levels and the rule about rules that never applied.
 pub fn result_colour(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> ResultColour {
     match (case.verdict.colour(), case.verdict) {
         (Colour::Green, _) => ResultColour::Green,
+        (Colour::Red, _) if case.passed_in_attempt.is_some() && result.accept_flaky => {
+            ResultColour::Neutral("flaky, which this run accepts")
+        }
         (Colour::Neutral, _) if result.fail_on_not_applicable => ResultColour::Red,
         (Colour::Neutral, _) => ResultColour::Neutral("not applicable"),
         (Colour::Red, Verdict::Fail) if case.level == Level::Info => {

@@ -34,7 +34,9 @@ fn point(out: &mut String, number: usize, result: &RunResult, run: &DeviceRun, c
     let reason = case.reason.as_deref().unwrap_or_default();
     let (ok, directive) = match (case.verdict, colour) {
         (Verdict::Pass, _) => (true, None),
-        (Verdict::NotApplicable, _) => (true, Some(format!("SKIP {reason}"))),
+        (Verdict::NotApplicable, ResultColour::Green | ResultColour::Neutral(_)) => {
+            (true, Some(format!("SKIP {reason}")))
+        }
         (Verdict::NotRun, ResultColour::Neutral(why)) => (true, Some(format!("SKIP not run, {why}: {reason}"))),
         (Verdict::Xfail, _) => (false, Some(format!("TODO {reason}"))),
         (_, ResultColour::Neutral(why)) => (false, Some(format!("TODO {why}"))),
@@ -58,6 +60,9 @@ fn point(out: &mut String, number: usize, result: &RunResult, run: &DeviceRun, c
         writeln!(out, "  ---")?;
         writeln!(out, "  verdict: {}", case.verdict)?;
         writeln!(out, "  level: {}", level(case.level))?;
+        if let Some(attempt) = case.passed_in_attempt {
+            writeln!(out, "  flaky: it passed in attempt {attempt}")?;
+        }
         field(out, "reason", case.reason.as_deref())?;
         if let Some(failure) = case.failures.first() {
             writeln!(out, "  blame: {}", failure.blame.word())?;

@@ -105,7 +105,7 @@ pub(super) fn totals(verdicts: impl Iterator<Item = Verdict> + Clone) -> String 
 }
 
 /// The number of verdicts of each kind.
-fn parts(verdicts: impl Iterator<Item = Verdict> + Clone) -> String {
+pub(super) fn parts(verdicts: impl Iterator<Item = Verdict> + Clone) -> String {
     let of = |counted: Verdict| (verdicts.clone().filter(|&verdict| verdict == counted).count(), counted);
     let each = Verdict::ALL.into_iter().map(of).filter(|(n, _)| *n > 0);
     each.map(|(n, verdict)| format!("{n} {verdict}")).collect::<Vec<_>>().join(", ")

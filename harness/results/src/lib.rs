@@ -10,6 +10,8 @@ pub mod ledger;
 pub mod merge;
 pub mod outcome;
 mod schema;
+mod time_stamp;
 pub mod verdict;
 
 pub use schema::schema;
+pub use time_stamp::time_stamp;

@@ -96,6 +96,11 @@ pub fn merge(reports: Vec<MergedReport>) -> Result<RunResult, MergeError> {
         let filtered = group.runs.iter().any(|(_, run)| run.filtered) && !(is_part && merged.filters.is_empty());
         merged.runs.push(device(group.runs.into_iter().map(|(_, run)| run).collect(), filtered));
     }
+    for (name, hash) in reports.iter().flat_map(|report| &report.result.origin.suites) {
+        if merged.origin.suites.iter().all(|(known, _)| known != name) {
+            merged.origin.suites.push((name.clone(), hash.clone()));
+        }
+    }
     let origins = || reports.iter().map(|report| &report.result.origin);
     merged.origin.started = origins().filter_map(|of| of.started.clone()).min();
     let mut hosts: Vec<String> = Vec::new();
@@ -134,6 +139,12 @@ fn compare(one: &MergedReport, other: &MergedReport) -> Result<(), MergeError> {
             ("the filter", if filters.is_empty() { "none".to_owned() } else { filters.join(" ") }),
         ]
     };
+    for (name, hash) in &one.result.origin.suites {
+        let theirs = other.result.origin.suites.iter().find(|(known, _)| known == name).map(|(_, hash)| hash);
+        if let Some(theirs) = theirs.filter(|theirs| *theirs != hash) {
+            return Err(different((&one.name, &other.name), "the hash of a suite", [hash.clone(), theirs.clone()]));
+        }
+    }
     for ((what, ours), (_, theirs)) in facts(one).into_iter().zip(facts(other)) {
         if ours != theirs {
             return Err(different((&one.name, &other.name), what, [ours, theirs]));
@@ -292,7 +303,7 @@ fn rule(of_parts: &[&CaseResult], filtered: bool) -> CaseResult {
     let is_never = |case: &&CaseResult| {
         case.reason.as_deref().is_some_and(|reason| reason.starts_with("the premise never occurred"))
     };
-    if merged.verdict == NotRun && of_parts.iter().all(|case| is_never(case)) {
+    if merged.verdict == NotRun && of_parts.iter().all(is_never) {
         merged.reason = Some(never_decided(&decided, filtered));
     }
     merged

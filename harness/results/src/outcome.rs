@@ -59,6 +59,10 @@ pub struct RunOrigin {
     pub started: Option<String>,
     /// The name of the host of a live run.
     pub host: Option<String>,
+    /// Who ran it (`--operator`).
+    pub operator: Option<String>,
+    /// The suites, each with the SHA-256 of its files.
+    pub suites: Vec<(String, String)>,
 }
 
 /// The results of a device that have to pass at least.
@@ -255,6 +259,8 @@ pub struct Dut {
     pub identity: String,
     /// The firmware version reported by the device, for instance `1.3.0`.
     pub firmware: Option<String>,
+    /// What else identifies the device and its bench, as name and value: MAC address, serial number, GSDML with its hash, abilities.
+    pub details: Vec<(String, String)>,
 }
 
 /// Whether a result is that of a trial or of a rule.
@@ -299,6 +305,8 @@ pub struct CaseResult {
     pub at: Location,
     /// The capture that it wrote, if any.
     pub evidence: Option<String>,
+    /// The SHA-256 of that capture.
+    pub evidence_sha256: Option<String>,
     /// How often a live trial was repeated because the harness or the line was late.
     pub repeats: u32,
     /// The attempt, from 2, in which a failed trial passed (`--retries`). The verdict stays that of the first attempt.
@@ -459,6 +467,31 @@ impl TestedShare {
 }
 
 impl DeviceRun {
+    /// A part of a run with one result: the device as in `--dut`, its kind, manual and variant.
+    pub fn of_one(spec: &str, (kind, device, variant): (&str, &str, &str), case: &CaseResult) -> DeviceRun {
+        DeviceRun {
+            dut: Dut {
+                kind: kind.to_owned(),
+                spec: spec.to_owned(),
+                device: device.to_owned(),
+                variant: variant.to_owned(),
+                identity: String::new(),
+                firmware: None,
+                details: Vec::new(),
+            },
+            cases: vec![case.clone()],
+            requirements: Vec::new(),
+            filtered: true,
+            persona: None,
+            bugs: Vec::new(),
+            variations: Vec::new(),
+            bug_notes: Vec::new(),
+            findings: Vec::new(),
+            causes: Vec::new(),
+            bus: None,
+        }
+    }
+
     /// Whether the device runs in this process: then every rule can be decided.
     pub fn is_virtual(&self) -> bool {
         ["model", "null"].contains(&self.dut.kind.as_str())

@@ -24,6 +24,7 @@ mod masks;
 mod matcher;
 mod named_bits;
 mod names;
+mod needed_version;
 mod octet_names;
 mod outline;
 pub mod persona;

@@ -50,6 +50,7 @@ static CLASSES: WordChoices<WhyUncovered> = WordChoices(&[
 
 key_set! {
     pub(crate) requirements "a file of requirements" {
+        encspec may Pattern(&crate::needed_version::VERSIONS), "The versions of encspec that can read this file, for instance `>=0.2`.";
         source may Word(&SOURCES), "The source of each requirement of the file that names none itself.";
         channel may Word(&CHANNELS), "The channel of each requirement of the file that names none itself.";
         requirements must NonEmpty(&Keys(&requirement::KEYS)), "The requirements of one topic of the manual.";
@@ -76,6 +77,7 @@ key_set! {
 
 key_set! {
     pub(crate) bugs "a list of bugs" {
+        encspec may Pattern(&crate::needed_version::VERSIONS), "The versions of encspec that can read this file, for instance `>=0.2`.";
         bugs must Names(&NonEmpty(&Text)), "For each bug of the reference device the requirements that it breaks.";
     }
 }

@@ -7,6 +7,7 @@ use super::error::{LoadError, LoadErrors, Mistake, Mistakes};
 use super::lists::{self, AllBugs};
 use super::masks::{self, MASKS, MaskList};
 use super::names::{Names, Used};
+use super::needed_version;
 use super::outline::outlined;
 use super::source::{BUGS, COMMON, Files, REQUIREMENTS, Sources, is_part};
 use super::step::LoadContext;
@@ -48,6 +49,7 @@ fn load_those(
     only: Option<&str>,
 ) -> Result<Vec<Manual>, LoadErrors> {
     let known = sources.manuals();
+    needed_version::check(sources, &is_wanted)?;
     let (mut manuals, mut errors) = (Vec::new(), Vec::new());
     let wanted = known.iter().filter(|folder| is_wanted(folder));
     for loaded in at_once(sources, &wanted.collect::<Vec<_>>()) {

@@ -46,6 +46,7 @@ static BLOCK: Pattern = Pattern { regex: r"^\s*([0-9A-Fa-f]\s*[0-9A-Fa-f]\s*)+$"
 
 key_set! {
     pub(crate) persona "a persona" {
+        encspec may Pattern(&crate::needed_version::VERSIONS), "The versions of encspec that can read this file, for instance `>=0.2`.";
         persona must Label, "The name of the file, which `--persona` takes; it says a trait, not a product.";
         why must Text, "One sentence: what is special about it.";
         source must Text, "Where it was observed: a capture and its frames, an address, or `invented`.";

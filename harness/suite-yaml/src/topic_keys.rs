@@ -4,6 +4,7 @@ use super::keys::WordChoices;
 
 key_set! {
     pub(crate) topic "a topic file" {
+        encspec may Pattern(&crate::needed_version::VERSIONS), "The versions of encspec that can read this file, for instance `>=0.2`.";
         suite must Name, "The name of the file.";
         defaults may Keys(&defaults::KEYS), "What all cases of the file begin with.";
         cases may NonEmpty(&Keys(&case::KEYS)), "The cases.";
@@ -62,6 +63,7 @@ key_set! {
 
 key_set! {
     pub(crate) uses "a topic file that uses a common suite" {
+        encspec may Pattern(&crate::needed_version::VERSIONS), "The versions of encspec that can read this file, for instance `>=0.2`.";
         suite must Name, "The name of the file.";
         r#use must Name, "The common suite.";
         defaults may Keys(&defaults::KEYS), "What all cases of the file begin with.";
@@ -78,6 +80,7 @@ key_set! {
 
 key_set! {
     pub(crate) common_suite "a common suite" {
+        encspec may Pattern(&crate::needed_version::VERSIONS), "The versions of encspec that can read this file, for instance `>=0.2`.";
         common must Name, "The name of the file.";
         why must Text, "One sentence.";
         takes may Map(&Keys(&takes::KEYS)), "What a manual has to give.";
@@ -113,6 +116,7 @@ key_set! {
 
 key_set! {
     pub(crate) procedures "a file of procedures" {
+        encspec may Pattern(&crate::needed_version::VERSIONS), "The versions of encspec that can read this file, for instance `>=0.2`.";
         procedures must Map(&Keys(&procedure::KEYS)), "Named steps.";
     }
 }

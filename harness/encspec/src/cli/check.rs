@@ -2,15 +2,75 @@
 
 use super::dut::has_model;
 use super::{CheckArgs, CommandError, CommandResult, show};
+use clap::ValueEnum;
 use plain_text::count;
-use report::ExitStatus;
+use report::{ExitStatus, RemarkLevel, SuiteRemark, sarif};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use suite::model::Manual;
 use suite_yaml::persona::load_personas;
-use suite_yaml::{AddedSuites, load};
+use suite_yaml::{AddedSuites, LoadErrors, load};
+
+/// The output format of `encspec check`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum CheckFormat {
+    #[default]
+    Text,
+    /// SARIF 2.1.0, which code hosts and editors show beside the line
+    Sarif,
+}
 
 pub(super) fn check(args: &CheckArgs) -> CommandResult {
+    match checked(args) {
+        Ok((manuals, _)) if args.format == CheckFormat::Sarif => {
+            let unused = manuals.iter().flat_map(|manual| &manual.unused).map(|(what, at)| SuiteRemark {
+                level: RemarkLevel::Note,
+                text: format!("unused: {what}"),
+                at: at.clone(),
+                width: 1,
+            });
+            show(&sarif(&unused.collect::<Vec<_>>()));
+            Ok(ExitStatus::Green)
+        }
+        Ok((manuals, personas)) => {
+            show(&summary(&manuals, personas));
+            Ok(ExitStatus::Green)
+        }
+        Err(CheckFailure::Suites(errors)) if args.format == CheckFormat::Sarif => {
+            let remarks = errors.0.iter().map(|error| SuiteRemark {
+                level: RemarkLevel::Error,
+                text: error.help.iter().fold(error.message.clone(), |text, help| format!("{text}: {help}")),
+                at: error.at.clone(),
+                width: error.width,
+            });
+            show(&sarif(&remarks.collect::<Vec<_>>()));
+            Ok(ExitStatus::Usage)
+        }
+        Err(CheckFailure::Suites(errors)) => Err(errors.into()),
+        Err(CheckFailure::Command(error)) => Err(error),
+    }
+}
+
+/// Why nothing was checked, or what is wrong.
+enum CheckFailure {
+    Suites(LoadErrors),
+    Command(CommandError),
+}
+
+impl From<LoadErrors> for CheckFailure {
+    fn from(errors: LoadErrors) -> CheckFailure {
+        CheckFailure::Suites(errors)
+    }
+}
+
+impl From<CommandError> for CheckFailure {
+    fn from(error: CommandError) -> CheckFailure {
+        CheckFailure::Command(error)
+    }
+}
+
+/// The manuals that were asked for, and the number of personas.
+fn checked(args: &CheckArgs) -> Result<(Vec<Manual>, usize), CheckFailure> {
     let sources = args.suites.sources()?;
     let (sources, added, only) = match &args.path {
         None => (sources, AddedSuites::default(), None),
@@ -22,18 +82,22 @@ pub(super) fn check(args: &CheckArgs) -> CommandResult {
     };
     let manuals = load(&sources, only.as_deref())?;
     let personas = if only.is_none() { load_personas(&sources)? } else { Vec::new() };
-    let mut out = String::new();
     // A change of a common suite can be a mistake in any manual that uses it, so all are loaded; those at the path are listed.
     let listed = |manual: &&Manual| added.manuals.is_empty() || added.manuals.contains(&manual.device.name);
-    for manual in manuals.iter().filter(listed) {
+    let manuals = manuals.into_iter().filter(|manual| listed(&manual)).collect();
+    Ok((manuals, personas.len()))
+}
+
+fn summary(manuals: &[Manual], personas: usize) -> String {
+    let mut out = String::new();
+    for manual in manuals {
         // Writing into a String cannot fail.
         let _ = write_manual_summary(&mut out, manual);
     }
-    if !personas.is_empty() {
-        let _ = writeln!(out, "{}: no errors", count(personas.len(), "persona", "personas"));
+    if personas > 0 {
+        let _ = writeln!(out, "{}: no errors", count(personas, "persona", "personas"));
     }
-    show(&out);
-    Ok(ExitStatus::Green)
+    out
 }
 
 /// The folder to read for a path, and the manual if the path names one: a folder of suites, the folder of a manual, or a file in it.

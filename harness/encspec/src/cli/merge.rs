@@ -5,7 +5,7 @@ use super::reports::{
     ReportRequest, check_folders, colours, open_all, parse_report_request, uses_standard_output, write_all,
 };
 use super::{CommandError, CommandResult, Suites, show};
-use clap::{ArgAction, Args};
+use clap::{ArgAction, Args, ColorChoice};
 use engine::causes;
 use results::merge::{MergedReport, merge};
 use results::outcome::{CaseResult, DeviceRun};
@@ -28,12 +28,15 @@ pub(super) struct MergeArgs {
     /// JSON reports: all parts of a run (`encspec run --part 1/4 --report json=FILE`), or runs of different devices
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Write a report; FORMAT is console, html, json, junit, markdown, tap or text, FILE - is standard output; may be repeated
+    /// Write a report; FORMAT is console, github, html, json, junit, markdown, pdf, tap or text, FILE - is standard output; may be repeated
     #[arg(long, value_name = "FORMAT=FILE", value_parser = parse_report_request)]
     report: Vec<ReportRequest>,
     /// List every case
     #[arg(short, long, action = ArgAction::SetTrue)]
     verbose: bool,
+    /// Whether to use colours; auto: on a terminal, unless NO_COLOR is set
+    #[arg(long, value_enum, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
+    color: ColorChoice,
     #[command(flatten)]
     suites: Suites,
 }
@@ -51,7 +54,10 @@ pub(super) fn run(args: &MergeArgs) -> CommandResult {
     let files = open_all(&args.report)?;
     write_all(&args.report, files, &result, &manuals)?;
     if !uses_standard_output(&args.report) {
-        show(&report::console(&result, report::ConsoleOptions { colour: colours(), verbose: args.verbose }));
+        show(&report::console(
+            &result,
+            report::ConsoleOptions { colour: colours(args.color), verbose: args.verbose, quiet: false },
+        ));
     }
     Ok(report::status(&result))
 }

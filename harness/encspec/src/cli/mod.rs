@@ -12,15 +12,19 @@ mod control;
 mod coverage;
 mod diff;
 mod discover;
+mod doctor;
 pub mod dut;
 mod errata;
 mod explain;
 pub mod filter;
 mod gsd;
 pub mod gsdml;
+mod hash;
 mod list;
 pub mod live;
 mod merge;
+mod package_files;
+mod pdf;
 mod personas;
 pub mod port;
 mod progress;
@@ -34,12 +38,14 @@ mod suite;
 mod suite_folders;
 mod variations;
 mod vendor_file;
+mod verify;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ColorChoice, Args, Parser, Subcommand, ValueEnum};
 use report::ExitStatus;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::LazyLock;
 pub use suite_folders::Suites;
 use suite_yaml::LoadErrors;
 
@@ -47,10 +53,25 @@ use suite_yaml::LoadErrors;
 ///
 /// Without a command, every suite runs against every reference device (`encspec run`).
 #[derive(Debug, Parser)]
-#[command(name = "encspec", version, after_help = EXITS)]
+#[command(name = "encspec", version = VERSION.as_str(), after_help = EXITS)]
 struct Cli {
     #[command(subcommand)]
     command: Option<CliCommand>,
+}
+
+/// The version, with commit and date if they are known.
+static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let version = env!("CARGO_PKG_VERSION");
+    match (commit(), env!("ENCSPEC_COMMIT_DATE")) {
+        (None, _) => version.to_owned(),
+        (Some(commit), "") => format!("{version} ({commit})"),
+        (Some(commit), date) => format!("{version} ({commit} {date})"),
+    }
+});
+
+/// The commit from which this program was built, if it is known.
+fn commit() -> Option<&'static str> {
+    Some(env!("ENCSPEC_COMMIT")).filter(|commit| !commit.is_empty())
 }
 
 const EXITS: &str = "\
@@ -64,6 +85,8 @@ enum CliCommand {
     Diff(diff::DiffArgs),
     /// Join the parts of a run, or runs of different devices, into one report
     Merge(merge::MergeArgs),
+    /// Check the evidence of a report: whether each capture is there and unchanged
+    Verify(verify::VerifyArgs),
     /// List cases and rules
     List(list::ListArgs),
     /// Show how much of each manual the cases and rules cover
@@ -98,12 +121,20 @@ enum CliCommand {
     Gsdml(gsdml::GsdmlArgs),
     /// Print the contents of a GSD file (PROFIBUS), and compare it with a manual
     Gsd(gsd::GsdArgs),
+    /// Check whether this host can test a live device, and name what fixes it
+    Doctor(doctor::DoctorArgs),
     /// Discover the stations on a PROFINET segment or a PROFIBUS
     Discover(discover::DiscoverArgs),
     /// Create bench files, and restore a device after an interrupted run
     Bench(bench::BenchArgs),
     /// Create a suite for a device that no built-in suite describes
     Suite(suite::SuiteArgs),
+    /// Write the manual pages, for packages
+    #[command(hide = true)]
+    Man(package_files::ManArgs),
+    /// Print the completions of a shell, for packages
+    #[command(hide = true)]
+    Completions(package_files::CompletionsArgs),
 }
 
 #[derive(Debug, Args)]
@@ -176,6 +207,9 @@ struct ExplainArgs {
 struct CheckArgs {
     /// Folder of suites, folder of one manual, or a file in it [default: the built-in suites]
     path: Option<PathBuf>,
+    /// Output format
+    #[arg(long, value_enum, default_value_t)]
+    format: check::CheckFormat,
     #[command(flatten)]
     suites: Suites,
 }
@@ -197,8 +231,8 @@ struct ReplayArgs {
     #[command(flatten)]
     filter: ShownFindings,
     /// Colours on the terminal: auto leaves them out where the output is no terminal, or NO_COLOR is set
-    #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
-    color: ColourChoice,
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t = ColorChoice::Auto)]
+    color: ColorChoice,
     #[command(flatten)]
     against: against::AgainstArgs,
     #[command(flatten)]
@@ -228,26 +262,6 @@ enum SeverityChoice {
     Error,
     Warning,
     Info,
-}
-
-/// When colours are used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum ColourChoice {
-    #[default]
-    Auto,
-    Always,
-    Never,
-}
-
-impl ColourChoice {
-    /// Whether standard output is coloured.
-    fn is_on(self) -> bool {
-        match self {
-            ColourChoice::Auto => reports::colours(),
-            ColourChoice::Always => true,
-            ColourChoice::Never => false,
-        }
-    }
 }
 
 #[derive(Debug, Args)]
@@ -327,6 +341,7 @@ pub fn main() -> ExitCode {
         CliCommand::Run(args) => run::run(&args),
         CliCommand::Diff(args) => diff::diff(&args),
         CliCommand::Merge(args) => merge::run(&args),
+        CliCommand::Verify(args) => verify::verify(&args),
         CliCommand::List(args) => list::list(&args),
         CliCommand::Coverage(args) => coverage::coverage(&args),
         CliCommand::Attribution(args) => attribution::attribution(&args),
@@ -347,6 +362,9 @@ pub fn main() -> ExitCode {
         CliCommand::Gsdml(args) => gsdml::gsdml(&args),
         CliCommand::Serve(args) => serve::run(&args),
         CliCommand::Control(args) => control::run(&args),
+        CliCommand::Doctor(args) => doctor::doctor(&args),
+        CliCommand::Man(args) => package_files::man(&args),
+        CliCommand::Completions(args) => package_files::completions(&args),
         CliCommand::Discover(args) => discover::run(&args),
         CliCommand::Bench(args) => bench::run(&args),
         CliCommand::Suite(args) => suite::suite(&args),

@@ -2,11 +2,12 @@
 
 use super::dut::claim;
 use super::progress::CaptureReadProgress;
-use super::reports::{open, write};
+use super::reports::{colours, open, write};
 use super::{
-    ColourChoice, CommandError, CommandResult, DissectArgs, ReplayArgs, ReplayFormat, SeverityChoice, ShownFindings,
+    CommandError, CommandResult, DissectArgs, ReplayArgs, ReplayFormat, SeverityChoice, ShownFindings,
     list, print_message, show,
 };
+use clap::ColorChoice;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use judge::observe::{ProfibusWords, Tracker, describe};
@@ -69,8 +70,8 @@ pub(super) fn replay(args: &ReplayArgs) -> CommandResult {
     if !filter.is_empty() {
         report.captures.iter_mut().for_each(|capture| filter.apply(capture));
     }
-    let on_terminal = TextOptions { colour: args.color.is_on(), local: Some(local_offset), filter: filter.clone() };
-    let in_file = TextOptions { colour: args.color == ColourChoice::Always, ..on_terminal.clone() };
+    let on_terminal = TextOptions { colour: colours(args.color), local: Some(local_offset), filter: filter.clone() };
+    let in_file = TextOptions { colour: args.color == ColorChoice::Always, ..on_terminal.clone() };
     let differs = args.against.hold(&args.suites, &manuals, &mut report)?;
     if !report.captures.is_empty() {
         for (requested, file) in args.report.iter().zip(files) {

@@ -2,22 +2,25 @@
 
 use super::dut::devices;
 use super::filter::{FilterArgs, LAST_RUN, last_run};
+use super::hash::{sha256_of_file, sha256_of_suite};
 use super::reports::{
     ReportRequest, check_folders, colours, open_all, parse_report_request, uses_standard_output, write_all,
 };
 use super::{CommandError, CommandResult, Suites, show};
-use clap::{ArgAction, Args, ValueEnum};
+use clap::{ArgAction, Args, ColorChoice, ValueEnum};
 use deviations::{Subject, persona_bugs};
-use engine::{self, DutSpec, RunOptions, TrialPart};
+use engine::{self, DutSpec, FailFast, RunOptions, TrialPart};
 use indicatif::{ProgressBar, ProgressStyle};
 use live::lock::Lock;
 use plain_text::nearest;
-use report;
+use report::{self, ResultColour};
 use results::ledger::{self, Date, Ledger};
-use results::outcome::{MinimumPass, RunResult};
+use results::outcome::{CaseResult, DeviceRun, MinimumPass, RunResult};
+use results::time_stamp;
 use std::fs;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 use suite::model::Manual;
 
@@ -59,7 +62,8 @@ pub struct RunArgs {
     /// Results that make the run red although they do not by themselves
     #[arg(long, value_enum)]
     fail_on: Option<FailOn>,
-    /// Write a report; FORMAT is console, html, json, junit, markdown, tap or text, FILE - is standard output; may be repeated
+    /// Write a report; FORMAT is console, github, html, json, junit, markdown, pdf, tap or text, FILE - is standard output;
+    /// may be repeated. `github` alone writes annotations for GitHub Actions, and its summary of the step
     #[arg(long, value_name = "FORMAT=FILE", value_parser = parse_report_request)]
     report: Vec<ReportRequest>,
     /// Ledger of known failures
@@ -80,6 +84,15 @@ pub struct RunArgs {
     /// Run only part N of M of the cases, to split a run between several benches
     #[arg(long, value_name = "N/M")]
     part: Option<TrialPart>,
+    /// End the run at the first red result that the ledger does not excuse; what was not run is `not-run`
+    #[arg(long)]
+    fail_fast: bool,
+    /// Run a case that did not pass again, so many times at most; one that passes then is flaky, which is red
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    retries: u32,
+    /// Let the run be green although cases passed only when they were repeated
+    #[arg(long, requires = "retries")]
+    accept_flaky: bool,
     /// Also run cases that wait for minutes on a live device
     #[arg(long)]
     long: bool,
@@ -89,9 +102,18 @@ pub struct RunArgs {
     /// Seconds to wait for a live device that another process is testing
     #[arg(long, value_name = "SECONDS", default_value_t = 60)]
     lock_wait: u64,
+    /// Who runs it, for the report
+    #[arg(long, value_name = "NAME")]
+    operator: Option<String>,
     /// List every case
     #[arg(short, long, visible_alias = "all", action = ArgAction::SetTrue)]
     verbose: bool,
+    /// Print only what is red, and the last line
+    #[arg(short, long, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Whether to use colours; auto: on a terminal, unless NO_COLOR is set
+    #[arg(long, value_enum, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
+    color: ColorChoice,
     #[command(flatten)]
     suites: Suites,
 }
@@ -146,6 +168,14 @@ pub struct RunRequest {
     pub part: Option<TrialPart>,
     /// `--long`.
     pub long: bool,
+    /// `--fail-fast`.
+    pub fail_fast: bool,
+    /// `--retries`.
+    pub retries: u32,
+    /// `--accept-flaky`.
+    pub accept_flaky: bool,
+    /// `--fail-on not-applicable`.
+    pub fail_on_not_applicable: bool,
     /// `--suites`.
     pub suites: Suites,
 }
@@ -155,8 +185,8 @@ pub struct RunRequest {
 pub struct PreparedRun {
     options: RunOptions,
     ledger: Ledger,
-    /// The filters as they were written.
-    filters: Vec<String>,
+    /// What decides whether a result is red; it has no runs.
+    settings: RunResult,
     /// Held until the run ends.
     _locks: Vec<Lock>,
 }
@@ -201,6 +231,8 @@ impl RunRequest {
             part: self.part,
             persona: persona.clone(),
             stall_repeats: self.stall_repeats,
+            retries: self.retries,
+            fail_fast: None,
         };
         let selected = |spec: &DutSpec| {
             let manual = manuals.iter().find(|manual| manual.device.name == spec.manual)?;
@@ -235,7 +267,15 @@ impl RunRequest {
             let persona = persona.clone().map_or_else(of_bench, |persona| Ok(Some(persona)))?;
             options.duts.push(super::live::open(bench, &self.suites, self.long, persona)?);
         }
-        Ok(PreparedRun { options, ledger, filters: self.filter.as_written(), _locks: locks })
+        let settings = RunResult {
+            gate_must: self.gate_must,
+            accept_flaky: self.accept_flaky,
+            fail_on_not_applicable: self.fail_on_not_applicable,
+            filters: self.filter.as_written(),
+            ..RunResult::default()
+        };
+        options.fail_fast = self.fail_fast.then(|| fail_fast(ledger.clone(), settings.clone()));
+        Ok(PreparedRun { options, ledger, settings, _locks: locks })
     }
 
     /// Drops devices that cannot have the bugs and variations. It is an error if such a device was named.
@@ -271,6 +311,25 @@ impl RunRequest {
     }
 }
 
+/// Ends a run at a result that is red by these settings and this ledger. An entry for some firmware versions does not apply, since the
+/// firmware is not known before the end.
+fn fail_fast(ledger: Ledger, settings: RunResult) -> FailFast {
+    let today = Date::of(SystemTime::now());
+    FailFast(Arc::new(move |device: &DutSpec, case: &CaseResult| {
+        let run = DeviceRun::of_one(&device.to_string(), (device.kind_word(), &device.manual, &device.variant), case);
+        let mut result = RunResult { runs: vec![run], ..settings.clone() };
+        ledger::apply(&ledger, &mut result, today);
+        let run = &result.runs[0];
+        run.cases.iter().any(|case| report::result_colour(&result, run, case) == ResultColour::Red)
+    }))
+}
+
+/// The name of this host, if it has one.
+fn host() -> Option<String> {
+    let name = fs::read_to_string("/proc/sys/kernel/hostname").ok()?;
+    Some(name.trim().to_owned()).filter(|name| !name.is_empty())
+}
+
 /// Fails if `name` is unknown. The error suggests the nearest name, or the command that lists all names.
 fn check_known_name<'a>(
     what: &str,
@@ -294,9 +353,15 @@ impl PreparedRun {
 
     /// Runs the request and applies the ledger.
     pub fn run(&self, manuals: &[Manual], progress: engine::RunProgress<'_>) -> Result<RunResult, CommandError> {
+        let is_live = |device: &DutSpec| device.live().is_some_and(|live| !live.is_virtual());
+        let started = self.options.duts.iter().any(is_live).then(|| time_stamp(SystemTime::now()));
         let run = engine::run(manuals, &self.options, progress);
         let mut result = run.map_err(|error| CommandError::bench(error.to_string()))?;
-        result.filters = self.filters.clone();
+        let RunResult { accept_flaky, fail_on_not_applicable, filters, .. } = self.settings.clone();
+        result = RunResult { accept_flaky, fail_on_not_applicable, filters, ..result };
+        result.origin.commit = super::commit().map(str::to_owned);
+        result.origin.host = started.is_some().then(host).flatten();
+        result.origin.started = started;
         ledger::apply(&self.ledger, &mut result, Date::of(SystemTime::now()));
         Ok(result)
     }
@@ -322,13 +387,17 @@ pub(super) fn run(args: &RunArgs) -> CommandResult {
         stall_repeats: args.stall_repeats,
         part: args.part,
         long: args.long,
+        fail_fast: args.fail_fast,
+        retries: args.retries,
+        accept_flaky: args.accept_flaky,
+        fail_on_not_applicable: args.fail_on == Some(FailOn::NotApplicable),
         suites: args.suites.clone(),
     };
     // A misspelt folder is an error before a live device is touched.
     check_folders(&args.report)?;
     let ready = request.ready(&manuals)?;
     let files = open_all(&args.report)?;
-    let bar = progress_bar();
+    let bar = if args.quiet { ProgressBar::hidden() } else { progress_bar() };
     let result = ready.run(&manuals, &|device, done, all| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
@@ -338,15 +407,61 @@ pub(super) fn run(args: &RunArgs) -> CommandResult {
     let mut result = result?;
     result.repeat = options_to_repeat(&args.suites);
     result.min_pass = args.min_pass;
-    result.fail_on_not_applicable = args.fail_on == Some(FailOn::NotApplicable);
+    result.origin.operator = args.operator.clone();
+    complete(&mut result, ready.devices(), &args.suites)?;
     write_all(&args.report, files, &result, &manuals)?;
     if let Some(folder) = args.evidence.as_deref().filter(|_| !args.no_evidence) {
         keep_last_run(folder, &result);
     }
     if !uses_standard_output(&args.report) {
-        show(&report::console(&result, report::ConsoleOptions { colour: colours(), verbose: args.verbose }));
+        show(&report::console(
+            &result,
+            report::ConsoleOptions { colour: colours(args.color), verbose: args.verbose, quiet: args.quiet },
+        ));
     }
     Ok(report::status(&result))
+}
+
+/// Completes what a report says of the suites, the benches and the evidence.
+fn complete(result: &mut RunResult, devices: &[DutSpec], suites: &Suites) -> Result<(), CommandError> {
+    let sources = suites.sources()?;
+    let mut names: Vec<&str> = vec!["common"];
+    for run in &mut result.runs {
+        let device = devices.iter().find(|device| device.to_string() == run.dut.spec);
+        run.dut.details.extend(device.map(details).unwrap_or_default());
+        for case in &mut run.cases {
+            let evidence = case.evidence.as_ref().and_then(|file| sha256_of_file(Path::new(file)).ok());
+            case.evidence_sha256 = evidence;
+        }
+    }
+    for run in &result.runs {
+        if !names.contains(&run.dut.device.as_str()) {
+            names.push(&run.dut.device);
+        }
+    }
+    result.origin.suites = names.into_iter().map(|name| (name.to_owned(), sha256_of_suite(&sources, name))).collect();
+    Ok(())
+}
+
+/// What the bench says of a live device: addresses, the vendor's descriptions with their hashes, what the stand can do, consents.
+fn details(device: &DutSpec) -> Vec<(String, String)> {
+    let Some(live) = device.live() else { return Vec::new() };
+    let (bench, found) = (live.bench(), live.found());
+    let mut details: Vec<(&str, String)> = vec![("link", bench.link.to_string())];
+    if !found.mac.is_empty() {
+        details.push(("MAC address", found.mac.clone()));
+    }
+    details.extend(found.station.map(|station| ("station address", station.to_string())));
+    for (kind, path) in &bench.descriptions {
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let hash = sha256_of_file(path).unwrap_or_else(|error| error.to_string());
+        details.push((kind.title(), format!("{name}, SHA-256 {hash}")));
+    }
+    details.push(("stand", bench.stand.abilities().join(", ")));
+    details.push(("consents", bench.consent.words().join(", ")));
+    let shown =
+        |(name, value): (&str, String)| (name.to_owned(), if value.is_empty() { "none".to_owned() } else { value });
+    details.into_iter().map(shown).collect()
 }
 
 /// Writes what was not green beside the captures, for `--failed`. The folder is not created for it.

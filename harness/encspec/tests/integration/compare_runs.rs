@@ -386,5 +386,9 @@ fn the_commands_diff_and_merge() {
     assert_eq!(text("merged.json"), text("bad.json"));
     let half = encspec(&folder, &["merge", "2.json"]);
     assert_eq!(half.status, Some(2));
-    assert!(half.err.contains("part 1/2 of lika-xac77-profinet/xac7718 with bug only-first-preset is missing"), "{}", half.err);
+    assert!(
+        half.err.contains("part 1/2 of lika-xac77-profinet/xac7718 with bug only-first-preset is missing"),
+        "{}",
+        half.err
+    );
 }

@@ -99,7 +99,7 @@ fn junit_has_findings() {
 
 #[test]
 fn colours_do_not_change_the_text() {
-    let look = ConsoleOptions { colour: true, verbose: true };
+    let look = ConsoleOptions { colour: true, verbose: true, quiet: false };
     let coloured = report::console(&sample_run::everything(), look);
     let plain = report::console(&sample_run::everything(), ConsoleOptions { colour: false, ..look });
     assert_ne!(coloured, plain);

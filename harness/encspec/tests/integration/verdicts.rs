@@ -181,7 +181,7 @@ fn the_report_names_the_ledger_entry(#[case] found: Verdict, #[case] change: (&s
     let failures = if found == Fail { vec![sample_run::failure()] } else { Vec::new() };
     let text = encspec::report::console(
         &applied(found, failures, change),
-        report::ConsoleOptions { colour: false, verbose: true },
+        report::ConsoleOptions { colour: false, verbose: true, quiet: false },
     );
     assert!(text.contains(note), "{text}");
 }

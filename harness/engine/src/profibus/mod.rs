@@ -181,6 +181,10 @@ impl BusDriver for ProfibusDriver {
         false
     }
 
+    fn identification(&self, _: &mut RunningTrial<'_>) -> Vec<(String, String)> {
+        Vec::new()
+    }
+
     fn firmware(&self, _: &mut RunningTrial<'_>) -> Option<String> {
         None
     }

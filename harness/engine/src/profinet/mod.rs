@@ -165,6 +165,10 @@ impl BusDriver for ProfinetDriver {
         true
     }
 
+    fn identification(&self, run: &mut RunningTrial<'_>) -> Vec<(String, String)> {
+        run.identification_in_im0()
+    }
+
     fn firmware(&self, run: &mut RunningTrial<'_>) -> Option<String> {
         run.firmware_in_im0()
     }

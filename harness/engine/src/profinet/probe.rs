@@ -37,6 +37,20 @@ impl RunningTrial<'_> {
         Some(String::from_utf8_lossy(&im0.order_id).trim_end_matches(['\0', ' ']).to_owned())
     }
 
+    /// Order number, serial number and hardware revision in I&M0.
+    pub(super) fn identification_in_im0(&mut self) -> Vec<(String, String)> {
+        let Some(im0) = self.im0() else { return Vec::new() };
+        let text = |octets: &[u8]| {
+            let end = octets.iter().rposition(|octet| ![0, b' '].contains(octet)).map_or(0, |at| at + 1);
+            plain_text::escaped(&octets[..end])
+        };
+        vec![
+            ("order number".to_owned(), text(&im0.order_id)),
+            ("serial number".to_owned(), text(&im0.serial_number)),
+            ("hardware revision".to_owned(), im0.hardware_revision.to_string()),
+        ]
+    }
+
     /// The firmware revision in I&M0.
     pub(super) fn firmware_in_im0(&mut self) -> Option<String> {
         let revision = self.im0()?.software_revision;

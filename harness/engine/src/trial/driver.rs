@@ -113,6 +113,9 @@ pub trait BusDriver {
     /// The firmware that the device reports in the present connection.
     fn firmware(&self, run: &mut RunningTrial<'_>) -> Option<String>;
 
+    /// What the device reports about itself in the present connection, as name and value.
+    fn identification(&self, run: &mut RunningTrial<'_>) -> Vec<(String, String)>;
+
     /// The order number that the device reports in the present connection.
     fn order_number(&self, run: &mut RunningTrial<'_>) -> Option<String>;
 

@@ -23,6 +23,8 @@ const IM0: u16 = 0xAFF0;
 pub struct ProbedDevice {
     /// The firmware that the device reports in I&M0.
     pub firmware: Option<String>,
+    /// What else it reports there, as name and value: serial number, hardware revision, order number.
+    pub identification: Vec<(String, String)>,
     /// The values of the parameters that a suite may write.
     pub parameters: Vec<journal::InitialParameter>,
     /// I&M1 to I&M4.
@@ -87,6 +89,7 @@ impl RunningTrial<'_> {
             if accepted && !connected {
                 connected = true;
                 probed.firmware = self.driver.firmware(self);
+                probed.identification = self.driver.identification(self);
                 probed.parameters = self.parameters_now();
                 probed.im_records = self.driver.im_records(self);
                 probed.findings.extend(bench.lacks.iter().filter_map(|name| self.lacks(name)));

@@ -37,7 +37,7 @@ pub fn page(title: &str, chapters: Vec<Chapter>) -> HtmlPage {
         (0, open) => (Tone::Open, format!("No errors. Warnings: {open}.")),
         (bad, _) => (Tone::Bad, format!("Errors: {bad}.")),
     };
-    HtmlPage { title: title.to_owned(), verdict, chapters }
+    HtmlPage { title: title.to_owned(), verdict, chapters, ..HtmlPage::default() }
 }
 
 /// The chapter of one capture; `again` reads the same capture from its begin, `number` makes its anchors unique on the page.

@@ -15,7 +15,12 @@ impl RunDiff {
         if !facts.is_empty() {
             chapters.push(Chapter { heading: "Both runs".to_owned(), facts, ..Chapter::default() });
         }
-        html(&HtmlPage { title: "encspec diff".to_owned(), verdict: (tone, self.sentence()), chapters })
+        html(&HtmlPage {
+            title: "encspec diff".to_owned(),
+            verdict: (tone, self.sentence()),
+            chapters,
+            ..HtmlPage::default()
+        })
     }
 }
 

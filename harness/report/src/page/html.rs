@@ -28,6 +28,11 @@ pub fn html(page: &HtmlPage) -> String {
     for chapter in &page.chapters {
         chapter.write(&mut out);
     }
+    for (id, data) in &page.data {
+        // No text in it can end the element.
+        let data = crate::words::printable_json(&data.to_string()).replace('<', "\\u003c");
+        let _ = writeln!(out, "<script type=\"application/json\" id=\"{id}\">{data}</script>");
+    }
     let _ = write!(out, "</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n");
     out
 }

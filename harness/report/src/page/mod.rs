@@ -33,6 +33,8 @@ pub struct HtmlPage {
     /// The result in one sentence.
     pub verdict: (Tone, String),
     pub chapters: Vec<Chapter>,
+    /// Data for programs, each with its id.
+    pub data: Vec<(&'static str, serde_json::Value)>,
 }
 
 /// A chapter of a page.

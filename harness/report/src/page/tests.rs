@@ -40,7 +40,12 @@ fn page() -> HtmlPage {
         timelines: vec![timeline],
         ..Chapter::default()
     };
-    HtmlPage { title: "t".into(), verdict: (Tone::Bad, "1 finding".into()), chapters: vec![chapter] }
+    HtmlPage {
+        title: "t".into(),
+        verdict: (Tone::Bad, "1 finding".into()),
+        chapters: vec![chapter],
+        ..HtmlPage::default()
+    }
 }
 
 /// Texts of stations are shown and not interpreted; control and bidirectional characters are escaped.

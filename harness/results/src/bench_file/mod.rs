@@ -332,6 +332,19 @@ impl StandSpec {
         self.shaft.position.or((self.control.is_some() && self.shaft == ShaftAbility::default()).then_some(0.0))
     }
 
+    /// What it can do, in words: the names that it serves, and how it moves the shaft.
+    pub fn abilities(&self) -> Vec<String> {
+        let offers = self.offers.clone().unwrap_or_else(|| vec!["whatever the control channel serves".to_owned()]);
+        let controlled = self.control.iter().flat_map(|_| offers.clone());
+        let hooks = self.hooks.iter().map(|(name, _)| name.clone());
+        let asked = self.ask.iter().map(|name| format!("{name} (the operator)"));
+        let shaft = self.shaft.hand.then(|| "shaft by hand".to_owned());
+        let mut all: Vec<String> = controlled.chain(hooks).chain(asked).chain(shaft).collect();
+        all.extend(self.position().map(|steps| format!("shaft to a position (±{steps} steps)")));
+        all.extend(self.speed().map(|speed| format!("shaft at a speed (±{speed} revolutions per minute)")));
+        all
+    }
+
     /// Accuracy in revolutions per minute with which the shaft can be turned; `None`: it cannot be turned at a speed.
     pub fn speed(&self) -> Option<f64> {
         self.shaft.speed.or((self.control.is_some() && self.shaft == ShaftAbility::default()).then_some(0.0))
@@ -374,4 +387,24 @@ pub struct Consents {
     pub overstress: bool,
     /// No other station is on the segment that tests could disturb.
     pub alone: bool,
+}
+
+impl Consents {
+    /// What is permitted, as the bench file names it.
+    pub fn words(&self) -> Vec<String> {
+        let flags = [
+            ("factory_reset", self.factory_reset),
+            ("set_name", self.set_name),
+            ("set_ip", self.set_ip),
+            ("set_address", self.set_address),
+            ("im_records", self.im_records),
+            ("lock_address", self.lock_address),
+            ("position_reference", self.position_reference),
+            ("firmware", self.firmware),
+            ("overstress", self.overstress),
+            ("alone", self.alone),
+        ];
+        let given = flags.into_iter().filter(|(_, is)| *is).map(|(name, _)| name.to_owned());
+        given.chain((self.nvm_write > 0).then(|| format!("nvm_write: {}", self.nvm_write))).collect()
+    }
 }

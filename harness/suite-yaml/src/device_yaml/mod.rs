@@ -46,6 +46,7 @@ static BUSES: WordChoices<bool> = WordChoices(&[("profinet", false), ("profibus"
 
 key_set! {
     pub(crate) device "device.yaml" {
+        encspec may Pattern(&crate::needed_version::VERSIONS), "The versions of encspec that can read this file, for instance `>=0.2`.";
         device must Text, "The name of the folder.";
         bus must Only("profinet"), "The bus.";
         title must Text, "The title for people.";

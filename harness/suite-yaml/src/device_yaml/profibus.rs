@@ -25,6 +25,7 @@ static ONE_OPEN: Pattern = Pattern { regex: r"^([0-9A-F]{2} )*\.\.( [0-9A-F]{2})
 
 key_set! {
     pub(crate) slave "device.yaml of a device on PROFIBUS" {
+        encspec may Pattern(&crate::needed_version::VERSIONS), "The versions of encspec that can read this file, for instance `>=0.2`.";
         device must Text, "The name of the folder.";
         bus must Only("profibus"), "The bus.";
         title must Text, "The title for people.";
