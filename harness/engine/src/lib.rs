@@ -32,6 +32,7 @@ mod run;
 pub mod segment;
 mod selection;
 mod stations;
+pub mod step_log;
 mod trial;
 mod world;
 

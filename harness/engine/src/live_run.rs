@@ -67,6 +67,7 @@ pub(super) fn not_run(
         likely_reading: None,
         bus: None,
         trace: Trace::new(),
+        log: None,
     }
 }
 

@@ -210,8 +210,12 @@ pub fn run_trial_on(
         environment.noise = needs::position_noise(&needs::needs(manual, variant, trial), bench);
     }
     let mut run = bus::trial(manual, variant, segment, trial, &environment);
-    run.world.use_leds(&trial.outline.leds);
-    let decided = run.run();
+    let decided = if options.unjudged {
+        run.run_unjudged()
+    } else {
+        run.world.use_leds(&trial.outline.leds);
+        run.run()
+    };
     outcome(run, decided, dut)
 }
 
@@ -326,7 +330,17 @@ fn outcome(mut run: RunningTrial<'_>, decided: Option<(Verdict, CaseFailure)>, d
         bench_lines: Vec::new(),
     };
     let bus = run.world.stations.bus_statistics();
-    TrialOutcome { case, rules, findings, identity, disturbed: why, likely_reading: None, bus, trace: run.world.trace }
+    TrialOutcome {
+        case,
+        rules,
+        findings,
+        identity,
+        disturbed: why,
+        likely_reading: None,
+        bus,
+        trace: run.world.trace,
+        log: run.world.log,
+    }
 }
 
 /// The verdict of each requirement of the whole trial, and of those that its failure is about.

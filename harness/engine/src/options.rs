@@ -32,6 +32,8 @@ pub struct RunOptions {
     pub retries: u32,
     /// Which result ends the run; `None`: none does.
     pub fail_fast: Option<FailFast>,
+    /// Whether trials are recorded step by step instead of judged; rules are judged all the same.
+    pub unjudged: bool,
 }
 
 /// Says whether a result ends a run (`--fail-fast`).

@@ -1,5 +1,6 @@
 //! The outcome of a trial, with the results of the rules in it; or why no trial can run.
 
+use crate::step_log::StepLog;
 use judge::slow::SlowReaction;
 use judge::violation::RuleViolation;
 use results::outcome::{CaseFailure, CaseResult, DecisionCounts, DeviceFinding};
@@ -26,6 +27,8 @@ pub struct TrialOutcome {
     pub bus: Option<BusStatistics>,
     /// All frames.
     pub trace: Trace,
+    /// What the device did in each step, of a trial that is not judged.
+    pub log: Option<Box<StepLog>>,
 }
 
 impl TrialOutcome {

@@ -3,6 +3,7 @@
 use super::outcome::Disturbance;
 use super::segment::Segment;
 use super::stations::{HarnessStations, sender};
+use super::step_log::StepLog;
 use judge::follow::{ConnectionChange, Ending};
 use judge::observe::{Address, ArId, BusTracker, Observation, ObservedAr};
 use judge::observed_state::ObservedState;
@@ -112,6 +113,8 @@ pub struct TrialWorld<'a> {
     comment: Option<String>,
     damaged: Vec<Vec<u8>>,
     recording: Option<Box<StepRecording>>,
+    /// The record of what the device does in each step, of a trial that is not judged.
+    pub log: Option<Box<StepLog>>,
     /// The time of a virtual wire, which advances only in a step; `None` on a live wire.
     virtual_clock: Option<Time>,
     /// Whether the device is a model, whose wire never breaks.
@@ -188,7 +191,14 @@ impl<'a> TrialWorld<'a> {
             comment: None,
             damaged: Vec::new(),
             recording: None,
+            log: None,
         }
+    }
+
+    /// Records what the device does in each step, all LEDs included.
+    pub fn record_steps(&mut self) {
+        self.leds = (0..self.manual.device.stand.leds.len()).map(|led| (led, None)).collect();
+        self.log = Some(Box::new(StepLog::new(&self.manual.device)));
     }
 
     /// Queries only these LEDs: a query costs more than a frame.
@@ -413,6 +423,9 @@ impl<'a> TrialWorld<'a> {
         if let Some(mut recording) = self.recording.take() {
             recording.kept.push(self.moment(tick));
             self.recording = Some(recording);
+        }
+        if let Some(log) = &mut self.log {
+            log.tick(&self.scene, tick);
         }
         let view = self.scene.view(tick);
         // Rules are judged on connections; LLDP announcements and diagnoses also come without one.

@@ -2,6 +2,7 @@
 
 use crate::draw::Draw;
 use crate::names::{ModuleNames, OutputChoices, SequenceNames};
+use crate::requests;
 use crate::schedule::Schedule;
 use crate::stand::speed;
 use compare::action::ControllerAction;
@@ -17,12 +18,20 @@ pub(crate) struct Activities<'a> {
     pub names: &'a SequenceNames,
     pub module: &'a ModuleNames,
     pub length: u64,
+    /// Whether everything is drawn that the suite language can say, broken requests too.
+    pub is_broad: bool,
 }
 
 impl Activities<'_> {
     /// Adds one activity.
     pub fn add(&self, draw: &mut Draw, to: &mut Schedule) {
         let at = draw.between(1, self.length);
+        if self.is_broad && draw.chance(self.names.share_of_requests) {
+            if let Some(step) = requests::draw(self.names, &self.module.name, draw) {
+                to.add(at, step);
+            }
+            return;
+        }
         match draw.between(0, 99) {
             0..=59 => self.pulse(draw, to, at),
             60..=69 => self.parameters(draw, to, at),

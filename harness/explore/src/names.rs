@@ -20,6 +20,14 @@ pub(crate) struct SequenceNames {
     pub writable: Vec<(String, u32)>,
     /// Fields of records outside of the start-up.
     pub record_fields: Vec<String>,
+    /// Records outside of the start-up, each with its fields.
+    pub records: Vec<(String, Vec<String>)>,
+    /// Slot and subslot of each submodule (PROFINET).
+    pub places: Vec<(u16, u16)>,
+    /// How many of a hundred activities are requests, where everything is drawn.
+    pub share_of_requests: u64,
+    /// The ident number (PROFIBUS).
+    pub ident: u16,
     /// Web pages, without those that start a firmware update, each with the fields of its form.
     pub pages: Vec<(String, Vec<String>)>,
     pub stand: crate::stand::StandChoices,
@@ -29,6 +37,8 @@ pub(crate) struct SequenceNames {
 pub(crate) struct ModuleNames {
     pub name: String,
     pub parameters: Vec<StartField>,
+    /// Its start records.
+    pub start_records: Vec<String>,
     pub outputs: Vec<OutputName>,
 }
 
@@ -36,6 +46,13 @@ pub(crate) struct ModuleNames {
 pub(crate) struct StartField {
     pub name: String,
     pub values: FieldValues,
+}
+
+/// Slot and subslot of the interface and its ports.
+const NETWORK: [(u16, u16); 4] = [(0, 1), (0, 0x8000), (0, 0x8001), (0, 0x8002)];
+
+fn fields_of(record: &suite::device::DeviceRecord) -> Vec<String> {
+    record.fields.iter().map(|field| format!("{}.{}", record.name, field.name)).collect()
 }
 
 /// Bits of the whole numbers that are drawn for a floating-point number.
@@ -90,9 +107,15 @@ impl SequenceNames {
                 OutputName { name, values, held_percent, weight }
             });
             let records = device.records.iter().filter(|record| record.starts(index));
-            let fields = records.flat_map(|record| &record.fields).filter(|field| !field.text);
+            let fields = records.clone().flat_map(|record| &record.fields).filter(|field| !field.text);
             let free = fields.filter(|field| !is_fixed(device, index, &field.name));
-            ModuleNames { name: of.name.clone(), parameters: free.map(start_field).collect(), outputs: named.collect() }
+            let start_records = records.clone().map(|record| record.name.clone()).collect();
+            ModuleNames {
+                start_records,
+                name: of.name.clone(),
+                parameters: free.map(start_field).collect(),
+                outputs: named.collect(),
+            }
         };
         let parameters = device.parameters.iter();
         let elements = parameters.clone().flat_map(|of| {
@@ -110,6 +133,14 @@ impl SequenceNames {
             starts: starts(manual),
             readable: elements.map(|(name, _)| name).collect(),
             writable: numbers.map(|(name, of)| (name, of.kind.width - u32::from(of.kind.signed))).collect(),
+            records: others
+                .clone()
+                .map(|record| (record.name.clone(), fields_of(record)))
+                .filter(|(_, fields)| !fields.is_empty())
+                .collect(),
+            places: device.submodules.iter().map(|of| (of.slot, of.subslot)).chain(NETWORK).collect(),
+            share_of_requests: 35,
+            ident: device.ident().unwrap_or_default(),
             record_fields: others
                 .flat_map(|record| record.fields.iter().map(|field| format!("{}.{}", record.name, field.name)))
                 .collect(),

@@ -1,17 +1,18 @@
 //! Activities that overlap, put in order as steps.
 
+use crate::step::SequenceStep;
 use compare::action::ControllerAction;
 use std::time::Duration;
 
 /// Actions at times, in cycles from the begin of a part.
 #[derive(Default)]
 pub(crate) struct Schedule {
-    events: Vec<(u64, ControllerAction)>,
+    events: Vec<(u64, SequenceStep)>,
 }
 
 impl Schedule {
-    pub fn add(&mut self, cycle: u64, action: ControllerAction) {
-        self.events.push((cycle, action));
+    pub fn add(&mut self, cycle: u64, step: impl Into<SequenceStep>) {
+        self.events.push((cycle, step.into()));
     }
 
     pub fn set(&mut self, cycle: u64, name: &str, value: impl Into<String>) {
@@ -19,17 +20,17 @@ impl Schedule {
     }
 
     /// The actions with the waits between them. What is set at one time is set by one step; such a step takes a cycle itself.
-    pub fn actions(mut self, cycle: Duration, length: u64) -> Vec<ControllerAction> {
+    pub fn steps(mut self, cycle: Duration, length: u64) -> Vec<SequenceStep> {
         self.events.sort_by_key(|(at, _)| *at);
-        let (mut actions, mut now, mut last) = (Vec::new(), 0, None);
+        let (mut steps, mut now, mut last) = (Vec::<SequenceStep>::new(), 0, None);
         let wait = |from: u64, to: u64| {
             let cycles = u32::try_from(to.saturating_sub(from)).unwrap_or(u32::MAX);
-            (cycles > 0).then(|| ControllerAction::Wait(cycle * cycles))
+            (cycles > 0).then(|| SequenceStep::from(ControllerAction::Wait(cycle * cycles)))
         };
-        for (at, action) in self.events {
+        for (at, step) in self.events {
             if last == Some(at)
                 && let (Some(ControllerAction::Set(before)), ControllerAction::Set(more)) =
-                    (actions.last_mut(), &action)
+                    (steps.last_mut().map(|last| &mut last.action), &step.action)
             {
                 for (name, value) in more {
                     before.retain(|(known, _)| known != name);
@@ -37,13 +38,13 @@ impl Schedule {
                 }
                 continue;
             }
-            actions.extend(wait(now, at));
-            now = now.max(at) + u64::from(matches!(action, ControllerAction::Set(_)));
+            steps.extend(wait(now, at));
+            now = now.max(at) + u64::from(matches!(step.action, ControllerAction::Set(_)));
             last = Some(at);
-            actions.push(action);
+            steps.push(step);
         }
-        actions.extend(wait(now, length));
-        actions
+        steps.extend(wait(now, length));
+        steps
     }
 }
 
@@ -60,7 +61,7 @@ mod tests {
         schedule.set(3, "c", "1");
         schedule.set(3, "b", "2");
         let steps: Vec<String> =
-            schedule.actions(Duration::from_millis(4), 6).iter().map(ControllerAction::yaml).collect();
+            schedule.steps(Duration::from_millis(4), 6).iter().map(|step| step.action.yaml()).collect();
         let expected = ["set: { a: 1 }", "set: { a: 0 }", "wait: 4ms", "set: { c: 1, b: 2 }", "wait: 8ms"];
         assert_eq!(steps, expected);
     }

@@ -3,7 +3,9 @@
 use crate::activity::{Activities, abort};
 use crate::draw::Draw;
 use crate::names::{ModuleNames, SequenceNames};
+use crate::requests;
 use crate::schedule::Schedule;
+use crate::step::SequenceStep;
 use compare::action::{ConnectAction, ControllerAction};
 use std::time::Duration;
 use suite::model::Manual;
@@ -17,17 +19,32 @@ const USUAL_CYCLE: Duration = Duration::from_millis(4);
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SequencePart {
     pub connect: ConnectAction,
-    pub actions: Vec<ControllerAction>,
+    pub steps: Vec<SequenceStep>,
 }
 
 /// Draws sequences for the devices of a manual.
 pub struct SequenceSource {
     names: SequenceNames,
+    is_broad: bool,
 }
 
 impl SequenceSource {
     pub fn new(manual: &Manual) -> SequenceSource {
-        SequenceSource { names: SequenceNames::of(manual) }
+        SequenceSource { names: SequenceNames::of(manual), is_broad: false }
+    }
+
+    /// Draws everything that the suite language can say, also requests and start-ups that are broken on purpose.
+    pub fn broad(manual: &Manual) -> SequenceSource {
+        SequenceSource { is_broad: true, ..SequenceSource::new(manual) }
+    }
+
+    /// The steps of the sequence of this seed. They begin with the position of the shaft, which otherwise depends on the name of the case.
+    pub fn steps(&self, seed: u64) -> Vec<SequenceStep> {
+        let shaft = self.names.stand.has_shaft.then(|| at_position(Draw::new(seed).number(18)));
+        let parts = self.sequence(seed).into_iter();
+        let of_parts =
+            parts.flat_map(|part| std::iter::once(ControllerAction::Connect(part.connect).into()).chain(part.steps));
+        shaft.into_iter().chain(of_parts).collect()
     }
 
     /// The sequence of this seed.
@@ -39,17 +56,21 @@ impl SequenceSource {
 
     fn part(&self, draw: &mut Draw) -> Option<SequencePart> {
         let (connect, module) = self.connect(draw)?;
-        let length = *draw.one(&[20, 60, 150, 300])?;
-        let activities = Activities { names: &self.names, module, length };
+        let lengths = if self.is_broad { [10, 20, 60, 150] } else { [20, 60, 150, 300] };
+        let length = *draw.one(&lengths)?;
+        let activities = Activities { names: &self.names, module, length, is_broad: self.is_broad };
         let mut schedule = Schedule::default();
         activities.hold(draw, &mut schedule);
         for _ in 0..draw.between(1, 6 + length / 6) {
             activities.add(draw, &mut schedule);
         }
         let cycle = cycle(&connect);
-        let mut actions = schedule.actions(cycle, length);
-        actions.extend(self.ending(draw));
-        Some(SequencePart { connect, actions })
+        let mut steps = schedule.steps(cycle, length);
+        if self.is_broad && draw.chance(40) {
+            steps.extend(requests::everything(&self.names, draw));
+        }
+        steps.extend(self.ending(draw).into_iter().map(SequenceStep::from));
+        Some(SequencePart { connect, steps })
     }
 
     /// A connection of a case or any other, with its module.
@@ -73,6 +94,9 @@ impl SequenceSource {
         if !says_times && draw.chance(30) {
             connect.settings.push(("cycle".to_owned(), (*draw.one(&["1ms", "2ms", "8ms"])?).to_owned()));
         }
+        if self.is_broad && draw.chance(15) {
+            connect.instead.extend(requests::wrong_start(&self.names, &module.start_records, draw));
+        }
         Some((connect, module))
     }
 
@@ -90,6 +114,11 @@ impl SequenceSource {
             _ => Vec::new(),
         }
     }
+}
+
+/// The step that turns the shaft to a position, in hardware steps.
+pub(crate) fn at_position(counts: u64) -> SequenceStep {
+    ControllerAction::Set(vec![("shaft.counts".to_owned(), counts.to_string())]).into()
 }
 
 /// The time between two cyclic frames of a connection.

@@ -27,7 +27,8 @@ pub fn topic(manual: &Manual, sequences: &[(u64, Vec<SequencePart>)]) -> String 
             let connect = ControllerAction::Connect(part.connect.clone());
             write_steps(&mut out, 6, &unjudged(&[connect], covers, &|_| false));
             let _ = writeln!(out, "      - steps:");
-            let actions = unjudged(&part.actions, covers, &|_| false);
+            let actions: Vec<ControllerAction> = part.steps.iter().map(|step| step.action.clone()).collect();
+            let actions = unjudged(&actions, covers, &|_| false);
             write_steps(&mut out, 10, &actions);
             let _ = writeln!(
                 out,

@@ -332,7 +332,7 @@ impl NameView<'_> {
     }
 
     /// The value of an event or its parts; they have a value at the instant of the event only.
-    fn event(&self, name: EventName) -> Option<Value> {
+    pub fn event(&self, name: EventName) -> Option<Value> {
         let happening = &self.image.happening;
         let alarm = match happening {
             CurrentEvent::Alarm(alarm) => Some(alarm),

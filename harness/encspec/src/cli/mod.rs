@@ -16,6 +16,7 @@ mod doctor;
 pub mod dut;
 mod errata;
 mod explain;
+mod explore;
 pub mod filter;
 mod gsd;
 pub mod gsdml;
@@ -40,7 +41,7 @@ mod variations;
 mod vendor_file;
 mod verify;
 
-use clap::{ColorChoice, Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
 use report::ExitStatus;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -87,6 +88,8 @@ enum CliCommand {
     Merge(merge::MergeArgs),
     /// Check the evidence of a report: whether each capture is there and unchanged
     Verify(verify::VerifyArgs),
+    /// Find what no case names: draw sequences, compare the device with its reference device, and write each difference as a case
+    Explore(explore::ExploreArgs),
     /// List cases and rules
     List(list::ListArgs),
     /// Show how much of each manual the cases and rules cover
@@ -342,6 +345,7 @@ pub fn main() -> ExitCode {
         CliCommand::Diff(args) => diff::diff(&args),
         CliCommand::Merge(args) => merge::run(&args),
         CliCommand::Verify(args) => verify::verify(&args),
+        CliCommand::Explore(args) => explore::explore(&args),
         CliCommand::List(args) => list::list(&args),
         CliCommand::Coverage(args) => coverage::coverage(&args),
         CliCommand::Attribution(args) => attribution::attribution(&args),

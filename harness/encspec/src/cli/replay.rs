@@ -4,8 +4,8 @@ use super::dut::claim;
 use super::progress::CaptureReadProgress;
 use super::reports::{colours, open, write};
 use super::{
-    CommandError, CommandResult, DissectArgs, ReplayArgs, ReplayFormat, SeverityChoice, ShownFindings,
-    list, print_message, show,
+    CommandError, CommandResult, DissectArgs, ReplayArgs, ReplayFormat, SeverityChoice, ShownFindings, list,
+    print_message, show,
 };
 use clap::ColorChoice;
 use jiff::Timestamp;

@@ -233,6 +233,7 @@ impl RunRequest {
             stall_repeats: self.stall_repeats,
             retries: self.retries,
             fail_fast: None,
+            unjudged: false,
         };
         let selected = |spec: &DutSpec| {
             let manual = manuals.iter().find(|manual| manual.device.name == spec.manual)?;

@@ -24,6 +24,7 @@ mod device_description;
 mod device_yaml_keys;
 mod dissect_profibus;
 mod dp_encoder;
+mod explore_devices;
 mod filters;
 mod gsd;
 mod gsdml;

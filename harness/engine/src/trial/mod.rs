@@ -12,6 +12,7 @@ pub mod probe;
 mod settings;
 pub mod slave;
 pub mod step_error;
+mod unjudged;
 mod variant;
 mod verbs;
 

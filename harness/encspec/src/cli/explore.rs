@@ -1,0 +1,332 @@
+//! `encspec explore`: runs sequences that no case names on a device and on its reference device, and writes each difference as a case.
+
+use super::reports::{ReportRequest, check_folders, open_all, parse_report_request, uses_standard_output, write_all};
+use super::{CommandError, CommandResult, Suites, show};
+use clap::Args;
+use engine::DutSpec;
+use explore::SequenceStep;
+use explore::bench::{CannotExplore, ExploreBench};
+use explore::campaign::{Campaign, CampaignOptions, CampaignResult, Finding};
+use plain_text::count;
+use report::ExitStatus;
+use results::outcome::{CaseFailure, CaseKind, CaseResult, DeviceRun, Dut, FailureCause, RunResult};
+use results::verdict::Verdict;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use suite::Location;
+use suite::model::{Level, Manual};
+
+/// How many sequences are run where neither `--sequences` nor `--time` is given.
+const USUAL: u64 = 1000;
+/// The most names of a list on the terminal.
+const MOST_LISTED: usize = 12;
+
+const EXAMPLE: &str = "Example: encspec explore --dut model:MANUAL/VARIANT --bug NAME --sequences 50 --out found";
+
+/// Arguments of `encspec explore`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLE)]
+pub(super) struct ExploreArgs {
+    /// Device under test: model:MANUAL/VARIANT, a reference device
+    #[arg(long, value_name = "DUT")]
+    dut: String,
+    /// Enable a bug of the reference device; may be repeated; `encspec bugs` lists them
+    #[arg(long, value_name = "NAME")]
+    bug: Vec<String>,
+    /// Enable a variation that the manual permits, or with random:SEED a random combination of them; may be repeated
+    #[arg(long, value_name = "NAME")]
+    vary: Vec<String>,
+    /// Seed of the sequences; the same seed and number of sequences give the same result
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Number of sequences [default: 1000, unless --time is given]
+    #[arg(long, value_name = "N")]
+    sequences: Option<u64>,
+    /// Stop after this many seconds; how many sequences that is depends on this host
+    #[arg(long, value_name = "SECONDS")]
+    time: Option<u64>,
+    /// Prefer sequences with these words, for instance preset or P65001; may be repeated
+    #[arg(long, value_name = "WORD")]
+    focus: Vec<String>,
+    /// Folder with the seeds that reached something new; read at the begin, written at the end
+    #[arg(long, value_name = "DIR")]
+    corpus: Option<PathBuf>,
+    /// Write the cases and their captures to this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Stop after this many different findings
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    findings: usize,
+    /// Write a report; FORMAT is console, html, json, junit, tap or text, FILE - is standard output; may be repeated
+    #[arg(long, value_name = "FORMAT=FILE", value_parser = parse_report_request)]
+    report: Vec<ReportRequest>,
+    #[command(flatten)]
+    suites: Suites,
+}
+
+pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
+    let manuals = args.suites.load()?;
+    let deviations = [args.bug.as_slice(), &args.vary].concat();
+    let devices = super::dut::devices(std::slice::from_ref(&args.dut), None, &deviations, &manuals)
+        .map_err(CommandError::usage)?;
+    let [spec] = devices.here.as_slice() else {
+        let name = args.dut.trim_start_matches("model:");
+        return Err(match devices.here.first() {
+            Some(first) => CommandError::usage(format!(
+                "`{name}` has several variants; name one, for instance `model:{name}/{}`",
+                first.variant
+            )),
+            None => CommandError::usage(format!("`{}` is no reference device; write model:MANUAL/VARIANT", args.dut)),
+        });
+    };
+    let manual = manuals.iter().find(|of| of.device.name == spec.manual);
+    let manual = manual.ok_or_else(|| CommandError::usage(format!("there is no suite for {}", spec.manual)))?;
+    check_deviations(spec, manual)?;
+    let bench = ExploreBench::new(&args.suites.sources()?, manual, &spec.variant).map_err(stop)?;
+    check_folders(&args.report)?;
+    let files = open_all(&args.report)?;
+    if let Some(folder) = &args.out {
+        fs::create_dir_all(folder)
+            .map_err(|error| CommandError::usage(format!("{} cannot be created: {error}", folder.display())))?;
+    }
+    let options = CampaignOptions {
+        seed: args.seed,
+        sequences: args.sequences.or(args.time.is_none().then_some(USUAL)),
+        time: args.time.map(Duration::from_secs),
+        focus: args.focus.clone(),
+        kept: kept_seeds(args.corpus.as_deref())?,
+        most_findings: args.findings,
+    };
+    let result = Campaign::new(&bench, spec, &options).map_err(stop)?.run(&mut |_, _| {}).map_err(stop)?;
+    if let Some(error) = result.invalid.first() {
+        return Err(CommandError::usage(format!(
+            "{}; the first:\n{error}",
+            count(result.invalid.len(), "sequence does not load", "sequences do not load")
+        )));
+    }
+    keep_seeds(args.corpus.as_deref(), &result)?;
+    let mut cases = Vec::new();
+    for (index, finding) in result.findings.iter().enumerate() {
+        cases.push(case_result(args, &bench, spec, finding, index + 1)?);
+    }
+    let run = run_result(spec, cases);
+    write_all(&args.report, files, &run, &manuals)?;
+    if !uses_standard_output(&args.report) {
+        show(&text(args, spec, manual, &result));
+    }
+    Ok(if result.findings.is_empty() { ExitStatus::Green } else { ExitStatus::Red })
+}
+
+fn stop(error: CannotExplore) -> CommandError {
+    CommandError::bench(error.to_string())
+}
+
+fn check_deviations(spec: &DutSpec, manual: &Manual) -> Result<(), CommandError> {
+    let subject = deviations::subject(&spec.manual).map_err(|error| CommandError::usage(error.to_string()))?;
+    for name in spec.deviations() {
+        let is_bug = manual.bugs.iter().any(|bug| bug.name == *name);
+        if !is_bug && subject.variations_of(name).is_none() {
+            let known = manual.bugs.iter().map(|bug| bug.name.as_str()).chain(subject.permitted().map(|of| of.name));
+            return Err(CommandError::usage(super::dut::suggest("bug or variation", name, known)));
+        }
+    }
+    Ok(())
+}
+
+/// The line that finds it again.
+fn repeat(args: &ExploreArgs, spec: &DutSpec, finding: &Finding) -> String {
+    let option =
+        |name: &str, values: Vec<String>| values.iter().map(|value| format!(" --{name} {value}")).collect::<String>();
+    format!(
+        "encspec explore --dut {spec}{}{}{} --seed {} --sequences {}",
+        option("bug", spec.bugs()),
+        option("vary", args.vary.clone()),
+        option("focus", args.focus.clone()),
+        args.seed,
+        finding.sequence + 1
+    )
+}
+
+/// The result of the written case on the device; without a case, one that says what differs.
+fn case_result(
+    args: &ExploreArgs,
+    bench: &ExploreBench<'_>,
+    spec: &DutSpec,
+    finding: &Finding,
+    number: usize,
+) -> Result<CaseResult, CommandError> {
+    let line = repeat(args, spec, finding);
+    if let Some(folder) = &args.out {
+        let path = folder.join(format!("explored-{number}.yaml"));
+        let text =
+            finding.case.as_ref().map_or_else(|| bench.topic(std::slice::from_ref(&finding.steps)), |case| case.yaml());
+        let text = format!("# {line}\n{text}");
+        fs::write(&path, text)
+            .map_err(|error| CommandError::bench(format!("{} cannot be written: {error}", path.display())))?;
+    }
+    if let Some(case) = &finding.case {
+        let outcome = bench.judge(case, spec, args.out.as_deref()).map_err(stop)?;
+        let mut result = outcome.case;
+        if let Some(failure) = result.failures.first_mut() {
+            failure.next = format!("Find it again: {line}");
+        }
+        return Ok(result);
+    }
+    let what = format!("{}: the reference device {}, this device {}.", finding.name, finding.reference, finding.device);
+    let at = Location { file: std::sync::Arc::new(PathBuf::new()), line: 1, column: 1 };
+    let failure = CaseFailure {
+        blame: FailureCause::Device,
+        what: what.clone(),
+        step: String::new(),
+        at: at.clone(),
+        requirements: Vec::new(),
+        parts: Vec::new(),
+        place: None,
+        trace: finding.steps.iter().map(|step| step.action.yaml()).collect(),
+        next: format!("Find it again: {line}"),
+        before_test: false,
+    };
+    Ok(CaseResult {
+        id: format!("{}/explored-{number}", spec.manual),
+        kind: CaseKind::Trial,
+        why: format!("{} is as on the reference device.", finding.name),
+        verdict: if finding.is_stable { Verdict::Fail } else { Verdict::Inconclusive },
+        level: Level::Must,
+        covers: Vec::new(),
+        reason: Some(what),
+        failures: vec![failure],
+        readings: Vec::new(),
+        saved: Vec::new(),
+        notes: Vec::new(),
+        decided: None,
+        duration: Duration::ZERO,
+        frames: 0,
+        at,
+        evidence: None,
+        repeats: 0,
+        bench_lines: Vec::new(),
+    })
+}
+
+fn run_result(spec: &DutSpec, cases: Vec<CaseResult>) -> RunResult {
+    let run = DeviceRun {
+        dut: Dut {
+            kind: spec.kind_word().to_owned(),
+            spec: spec.to_string(),
+            device: spec.manual.clone(),
+            variant: spec.variant.clone(),
+            identity: "explored".to_owned(),
+            firmware: None,
+        },
+        cases,
+        requirements: Vec::new(),
+        filtered: true,
+        persona: None,
+        bugs: spec.bugs(),
+        variations: spec.variations(),
+        bug_notes: spec.bug_notes(),
+        findings: Vec::new(),
+        causes: Vec::new(),
+        bus: None,
+    };
+    RunResult { runs: vec![run], ..RunResult::default() }
+}
+
+fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignResult) -> String {
+    let mut out = String::new();
+    let _ = writeln!(
+        out,
+        "{spec}: {}, {} frames, seed {}",
+        count(result.sequences as usize, "sequence", "sequences"),
+        result.frames,
+        args.seed
+    );
+    for name in &result.learned {
+        let _ = writeln!(out, "  the device has the permitted variation {name}");
+    }
+    let device = &manual.device;
+    let (reached, values) = result.states.values(device);
+    let _ = writeln!(
+        out,
+        "  reached {} states and {} pairs of transitions of the reference device, {reached} of {values} values of the inputs",
+        result.states.states(),
+        result.states.pairs()
+    );
+    let never = result.states.never(device);
+    for of in never.iter().take(MOST_LISTED) {
+        let _ = writeln!(out, "    never {}: {}", of.name, of.why);
+    }
+    if never.len() > MOST_LISTED {
+        let _ = writeln!(out, "    and {} more", never.len() - MOST_LISTED);
+    }
+    if result.findings.is_empty() {
+        let _ = writeln!(out, "  no difference from the reference device");
+    }
+    for (index, finding) in result.findings.iter().enumerate() {
+        finding_text(&mut out, args, spec, finding, index + 1);
+    }
+    out
+}
+
+fn finding_text(out: &mut String, args: &ExploreArgs, spec: &DutSpec, finding: &Finding, number: usize) {
+    let _ = writeln!(out, "\n{number}. {} ({})", finding.name, finding.kind.word());
+    let _ = writeln!(out, "   reference device: {}", finding.reference);
+    let _ = writeln!(out, "   this device:      {}", finding.device);
+    if !finding.is_stable {
+        let _ = writeln!(out, "   unstable: it did not show in each repetition");
+    }
+    for rule in &finding.rules {
+        let _ = writeln!(out, "   the rule {} breaks ({}): {}", rule.id, rule.covers.join(", "), rule.what);
+    }
+    let lines: Vec<String> = match &finding.case {
+        Some(case) => {
+            let _ = writeln!(
+                out,
+                "   a case of {}, shortened from {} steps, fails on the device and passes on the reference device; it covers {}:",
+                count(case.steps.len(), "step", "steps"),
+                finding.before,
+                case.covers.join(", ")
+            );
+            let line = |step: &compare::write_case::CaseLine| {
+                std::iter::once(step.verb.clone())
+                    .chain(step.modifiers.iter().map(|of| format!("  {of}")))
+                    .collect::<Vec<_>>()
+            };
+            case.steps.iter().flat_map(line).collect()
+        }
+        None => {
+            let _ = writeln!(out, "   no case shows it; the {} are:", count(finding.steps.len(), "step", "steps"));
+            finding.steps.iter().map(|step: &SequenceStep| step.action.yaml()).collect()
+        }
+    };
+    for line in lines {
+        let _ = writeln!(out, "     {line}");
+    }
+    let _ = writeln!(out, "   find it again: {}", repeat(args, spec, finding));
+}
+
+/// The file of a corpus.
+const SEEDS: &str = "seeds.txt";
+
+fn kept_seeds(folder: Option<&Path>) -> Result<Vec<u64>, CommandError> {
+    let Some(path) = folder.map(|folder| folder.join(SEEDS)).filter(|path| path.exists()) else {
+        return Ok(Vec::new());
+    };
+    let text = fs::read_to_string(&path);
+    let text = text.map_err(|error| CommandError::usage(format!("{} cannot be read: {error}", path.display())))?;
+    let seed = |(number, line): (usize, &str)| {
+        line.trim()
+            .parse()
+            .map_err(|_| CommandError::usage(format!("{}:{}: `{line}` is no seed", path.display(), number + 1)))
+    };
+    text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()).map(seed).collect()
+}
+
+fn keep_seeds(folder: Option<&Path>, result: &CampaignResult) -> Result<(), CommandError> {
+    let Some(folder) = folder else { return Ok(()) };
+    let lines: String = result.kept.iter().map(|seed| format!("{seed}\n")).collect();
+    let written = fs::create_dir_all(folder).and_then(|()| fs::write(folder.join(SEEDS), lines));
+    written.map_err(|error| CommandError::bench(format!("the corpus {} cannot be written: {error}", folder.display())))
+}

@@ -1,0 +1,494 @@
+//! Explores a device until a limit: draws sequences, compares the device with the reference device, and makes a case of each difference.
+
+use crate::bench::{BrokenRule, CannotExplore, ExploreBench, LoadedSequences};
+use crate::case::CaseParts;
+use crate::difference::{DifferenceName, LogDifference, LogDifferenceKind, first, protocol_errors, shown};
+use crate::draw::Draw;
+use crate::learn::LearnedReference;
+use crate::literal;
+use crate::minimise::minimise;
+use crate::sequence::{SequenceSource, at_position};
+use crate::states::StateCoverage;
+use crate::step::SequenceStep;
+use compare::action::ControllerAction;
+use compare::report::related;
+use compare::write_case::WrittenCase;
+use engine::DutSpec;
+use engine::step_log::{Observed, StepLog};
+use results::verdict::Verdict;
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+/// How many sequences are loaded together.
+const TOGETHER: u64 = 8;
+/// The most sequences that are kept because they reached something new.
+const MOST_KEPT: usize = 256;
+/// A sequence is kept if it took more new pairs of transitions than this.
+const NEW_PAIRS: usize = 8;
+/// How many shorter sequences are tried for a finding.
+const MOST_TRIES: usize = 400;
+/// A device of which fewer sequences were run may have many variations.
+const NEW_DEVICE: u64 = 2;
+/// How many sets of variations are tried to explain a difference.
+const MANY_RUNS: usize = 3000;
+const FEW_RUNS: usize = 300;
+/// How often a difference has to show.
+const REPEATS: usize = 3;
+/// The position of the shaft in a case that depends on it, in hardware steps.
+const SHAFT: u64 = 0x1_2345;
+/// How long the reference device is watched after the last step of a case.
+const LATER: Duration = Duration::from_millis(500);
+/// The most requirements of a written case.
+const MOST_COVERED: usize = 3;
+/// How many different findings end a campaign.
+const MOST_FINDINGS: usize = 20;
+
+/// The limits of a campaign, and what it is about.
+#[derive(Clone, Debug, Default)]
+pub struct CampaignOptions {
+    pub seed: u64,
+    /// How many sequences are run at most.
+    pub sequences: Option<u64>,
+    /// How long it takes at most.
+    pub time: Option<Duration>,
+    /// Sequences with these words are preferred.
+    pub focus: Vec<String>,
+    /// Seeds of sequences that an earlier campaign kept, to begin with.
+    pub kept: Vec<u64>,
+    /// How many different findings end the campaign; 0 for the usual number.
+    pub most_findings: usize,
+}
+
+/// A true difference.
+#[derive(Clone, Debug)]
+pub struct Finding {
+    /// What differs, as a name of the suite language where it has one.
+    pub name: String,
+    pub kind: LogDifferenceKind,
+    /// What the reference device did.
+    pub reference: String,
+    /// What the device did.
+    pub device: String,
+    /// The number of the sequence.
+    pub sequence: u64,
+    /// Number of steps of that sequence.
+    pub before: usize,
+    /// The shortest steps that show it.
+    pub steps: Vec<SequenceStep>,
+    /// The case that fails on the device and passes on the reference device.
+    pub case: Option<WrittenCase>,
+    /// Rules of the suite that break in the steps.
+    pub rules: Vec<BrokenRule>,
+    /// Whether it showed in each of three repetitions.
+    pub is_stable: bool,
+}
+
+/// The result of a campaign.
+#[derive(Debug, Default)]
+pub struct CampaignResult {
+    pub sequences: u64,
+    pub frames: u64,
+    /// Sequences that did not load, each with why; there should be none.
+    pub invalid: Vec<String>,
+    pub findings: Vec<Finding>,
+    /// The permitted variations that the device has.
+    pub learned: Vec<String>,
+    pub states: StateCoverage,
+    /// Seeds of new sequences that reached something new.
+    pub kept: Vec<u64>,
+}
+
+/// Explores a device.
+pub struct Campaign<'a, 'm> {
+    bench: &'a ExploreBench<'m>,
+    dut: &'a DutSpec,
+    options: &'a CampaignOptions,
+    source: SequenceSource,
+    reference: LearnedReference,
+    known: BTreeSet<(LogDifferenceKind, DifferenceName)>,
+    /// Sequences that reached something new.
+    corpus: Vec<Vec<SequenceStep>>,
+    result: CampaignResult,
+}
+
+impl<'a, 'm> Campaign<'a, 'm> {
+    /// # Errors
+    ///
+    /// The manual has no reference device.
+    pub fn new(
+        bench: &'a ExploreBench<'m>,
+        dut: &'a DutSpec,
+        options: &'a CampaignOptions,
+    ) -> Result<Self, CannotExplore> {
+        let reference = LearnedReference::new(dut)?;
+        let source = SequenceSource::broad(bench.manual());
+        let corpus = options.kept.iter().take(MOST_KEPT).map(|seed| source.steps(*seed)).collect();
+        let result = CampaignResult { kept: options.kept.clone(), ..CampaignResult::default() };
+        Ok(Campaign { bench, dut, options, source, reference, known: BTreeSet::new(), corpus, result })
+    }
+
+    /// Runs until a limit is reached. `progress` is called with each number of sequences and findings.
+    pub fn run(mut self, progress: &mut dyn FnMut(u64, usize)) -> Result<CampaignResult, CannotExplore> {
+        let began = Instant::now();
+        let most = self.options.sequences.unwrap_or(u64::MAX);
+        let findings = if self.options.most_findings == 0 { MOST_FINDINGS } else { self.options.most_findings };
+        let is_over = |done: u64, found: usize| {
+            done >= most || found >= findings || self.options.time.is_some_and(|time| began.elapsed() >= time)
+        };
+        while !is_over(self.result.sequences, self.result.findings.len()) {
+            let begin = self.result.sequences;
+            let count = TOGETHER.min(most - begin);
+            let drawn: Vec<(Option<u64>, Vec<SequenceStep>)> =
+                (begin..begin + count).map(|number| self.draw(number)).collect();
+            let (seeds, drawn): (Vec<Option<u64>>, Vec<Vec<SequenceStep>>) = drawn.into_iter().unzip();
+            let loaded = self.load(&drawn);
+            for (index, steps) in drawn.iter().enumerate() {
+                if is_over(self.result.sequences, self.result.findings.len()) {
+                    break;
+                }
+                self.result.sequences += 1;
+                if let Some(Some((loaded, place))) = loaded.get(index) {
+                    let seed = seeds.get(index).copied().flatten();
+                    self.sequence(begin + index as u64, seed, steps, loaded, *place)?;
+                }
+                progress(self.result.sequences, self.result.findings.len());
+            }
+        }
+        self.result.learned = self.reference.learned().to_vec();
+        Ok(self.result)
+    }
+
+    /// Loads sequences together; where one is wrong, each alone.
+    fn load(&mut self, drawn: &[Vec<SequenceStep>]) -> Vec<Option<(std::rc::Rc<LoadedSequences>, usize)>> {
+        if let Ok(loaded) = self.bench.load(drawn) {
+            let loaded = std::rc::Rc::new(loaded);
+            return (0..drawn.len()).map(|place| Some((loaded.clone(), place))).collect();
+        }
+        let mut list = Vec::new();
+        for steps in drawn {
+            match self.bench.load(std::slice::from_ref(steps)) {
+                Ok(loaded) => list.push(Some((std::rc::Rc::new(loaded), 0))),
+                Err(error) => {
+                    self.result.invalid.push(error.to_string());
+                    list.push(None);
+                }
+            }
+        }
+        list
+    }
+
+    /// The sequence with this number: a new one, or one that reached something new with another end.
+    ///
+    /// A new one has a seed.
+    fn draw(&self, number: u64) -> (Option<u64>, Vec<SequenceStep>) {
+        let mut draw = Draw::new(self.options.seed.wrapping_mul(0x1_0001).wrapping_add(number));
+        let focus = &self.options.focus;
+        let hits = |(_, steps): &(u64, Vec<SequenceStep>)| {
+            let text: String = steps.iter().map(|step| step.action.yaml()).collect();
+            focus.iter().map(|word| text.matches(word.as_str()).count()).sum::<usize>()
+        };
+        let tries = if focus.is_empty() { 1 } else { 5 };
+        let candidates = (0..tries).map(|_| draw.bits()).map(|seed| (seed, self.source.steps(seed)));
+        let (seed, new) = candidates.max_by_key(hits).unwrap_or_default();
+        if !draw.chance(35) {
+            return (Some(seed), new);
+        }
+        let Some(kept) = draw.one(&self.corpus) else { return (Some(seed), new) };
+        let cut = draw.between(1, kept.len() as u64) as usize;
+        let begins =
+            |step: &SequenceStep| matches!(step.action, ControllerAction::Connect(_)) && step.modifiers.is_empty();
+        let from = new.iter().enumerate().filter(|(_, step)| begins(step)).map(|(index, _)| index).collect::<Vec<_>>();
+        let from = draw.one(&from).copied().unwrap_or_default();
+        (None, kept.iter().take(cut).chain(new.iter().skip(from)).cloned().collect())
+    }
+
+    fn sequence(
+        &mut self,
+        number: u64,
+        seed: Option<u64>,
+        steps: &[SequenceStep],
+        loaded: &LoadedSequences,
+        place: usize,
+    ) -> Result<(), CannotExplore> {
+        let other = self.bench.run(loaded, place, self.dut)?;
+        self.result.frames += other.frames as u64;
+        let reference = self.bench.run(loaded, place, &self.reference.device())?;
+        let new = self.result.states.take(&self.bench.manual().device, steps, &reference.log);
+        if new > NEW_PAIRS && self.corpus.len() < MOST_KEPT {
+            self.corpus.push(steps.to_vec());
+            self.result.kept.extend(seed);
+        }
+        let Some(found) = first(&reference.log, &other.log) else { return Ok(()) };
+        if self.known.contains(&found.target()) {
+            return Ok(());
+        }
+        self.difference(number, steps, found)
+    }
+
+    /// Shortens a sequence with a difference, and looks for permitted variations that explain it.
+    fn difference(&mut self, number: u64, steps: &[SequenceStep], found: LogDifference) -> Result<(), CannotExplore> {
+        let mut found = found;
+        let mut steps_left: Vec<SequenceStep> = steps.iter().take(found.step.saturating_add(1)).cloned().collect();
+        loop {
+            let device = self.reference.device();
+            let target = found.target();
+            let shows = |steps: &[SequenceStep]| self.shows(steps, &device).is_some_and(|of| of.target() == target);
+            if !shows(&steps_left) {
+                // What differs only with the steps after it.
+                steps_left = steps.to_vec();
+            }
+            let mut left = MOST_TRIES;
+            let small = minimise(steps_left.clone(), &mut |steps| {
+                left -= usize::from(left > 0);
+                left > 0 && shows(steps)
+            });
+            let loaded = self.bench.load(std::slice::from_ref(&small))?;
+            let other = self.bench.run(&loaded, 0, self.dut)?;
+            let reference = self.bench.run(&loaded, 0, &device)?;
+            // A device that was as the reference device so far has few variations, if any.
+            let is_new = self.result.sequences <= NEW_DEVICE || !self.reference.learned().is_empty();
+            let most_runs = if is_new { MANY_RUNS } else { FEW_RUNS };
+            let Some(rest) = first(&reference.log, &other.log) else {
+                self.known.insert(target);
+                return self.unstable(number, steps, &found);
+            };
+            if !self.reference.explain(self.bench, &loaded, 0, &other.log, most_runs)? {
+                return self.finding(number, steps.len(), &small, &reference.log, &other.log, &rest);
+            }
+            // It is explained; what else is there?
+            match self.shows(steps, &self.reference.device()) {
+                Some(more) if !self.known.contains(&more.target()) => found = more,
+                _ => return Ok(()),
+            }
+            steps_left = steps.iter().take(found.step.saturating_add(1)).cloned().collect();
+        }
+    }
+
+    fn shows(&self, steps: &[SequenceStep], reference: &DutSpec) -> Option<LogDifference> {
+        let loaded = self.bench.load(&[steps.to_vec()]).ok()?;
+        let other = self.bench.run(&loaded, 0, self.dut).ok()?;
+        let reference = self.bench.run(&loaded, 0, reference).ok()?;
+        first(&reference.log, &other.log)
+    }
+
+    fn unstable(&mut self, number: u64, steps: &[SequenceStep], found: &LogDifference) -> Result<(), CannotExplore> {
+        self.result.findings.push(Finding {
+            name: self.name(found, [&StepLog::default(), &StepLog::default()]),
+            kind: found.kind,
+            reference: String::new(),
+            device: String::new(),
+            sequence: number,
+            before: steps.len(),
+            steps: steps.to_vec(),
+            case: None,
+            rules: Vec::new(),
+            is_stable: false,
+        });
+        Ok(())
+    }
+
+    fn finding(
+        &mut self,
+        number: u64,
+        before: usize,
+        steps: &[SequenceStep],
+        reference: &StepLog,
+        other: &StepLog,
+        found: &LogDifference,
+    ) -> Result<(), CannotExplore> {
+        self.known.insert(found.target());
+        let device = self.reference.device();
+        let is_stable =
+            (0..REPEATS).all(|_| self.shows(steps, &device).is_some_and(|of| of.target() == found.target()));
+        let rules = self.bench.broken_rules(steps, self.dut).unwrap_or_default();
+        let on_reference =
+            if rules.is_empty() { Vec::new() } else { self.bench.broken_rules(steps, &device).unwrap_or_default() };
+        let rules: Vec<BrokenRule> =
+            rules.into_iter().filter(|rule| on_reference.iter().all(|of| of.id != rule.id)).collect();
+        let value = |log: &StepLog| self.value(log, found);
+        let name = self.name(found, [reference, other]);
+        let mut finding = Finding {
+            name,
+            kind: found.kind,
+            reference: value(reference),
+            device: if found.kind == LogDifferenceKind::Protocol {
+                protocol_errors(reference, other).join(" ")
+            } else {
+                value(other)
+            },
+            sequence: number,
+            before,
+            steps: steps.to_vec(),
+            case: None,
+            rules,
+            is_stable,
+        };
+        finding.case = self.case(&finding, reference, other, found)?;
+        if finding.case.is_none() {
+            // What depends on the position of the shaft needs it.
+            let mut placed = finding.clone();
+            placed.steps.insert(0, at_position(SHAFT));
+            let loaded = self.bench.load(std::slice::from_ref(&placed.steps))?;
+            let (one, two) = (self.bench.run(&loaded, 0, &device)?.log, self.bench.run(&loaded, 0, self.dut)?.log);
+            if let Some(found) = first(&one, &two) {
+                placed.case = self.case(&placed, &one, &two, &found)?;
+            }
+            if placed.case.is_some() {
+                finding = placed;
+            }
+        }
+        self.result.findings.push(finding);
+        Ok(())
+    }
+
+    /// The first form of a case that passes on the reference device and fails on the device.
+    fn case(
+        &self,
+        finding: &Finding,
+        reference: &StepLog,
+        other: &StepLog,
+        found: &LogDifference,
+    ) -> Result<Option<WrittenCase>, CannotExplore> {
+        let manual = self.bench.manual();
+        let variant = self.bench.variant_index();
+        let device = self.reference.device();
+        let mut longer = finding.steps.clone();
+        longer.push(ControllerAction::Wait(LATER).into());
+        let later = self.bench.drive(&longer, &device)?;
+        let after = later.log.steps.get(finding.steps.len());
+        let (manual_device, steps) = (&manual.device, finding.steps.as_slice());
+        let parts = CaseParts { device: manual_device, variant, steps, reference, other, difference: found, after };
+        let applies = |id: &String| manual.requirements.iter().any(|of| of.id == *id && of.variants.contains(&variant));
+        let mut covers: Vec<String> =
+            finding.rules.iter().flat_map(|rule| rule.covers.clone()).filter(applies).collect();
+        covers.dedup();
+        let source = if covers.is_empty() {
+            "guessed from the name: check them"
+        } else {
+            "those of the rules that break in its steps"
+        };
+        if covers.is_empty() {
+            let guessed = related(manual, variant, &finding.name);
+            let any = || manual.requirements.iter().position(|of| of.variants.contains(&variant));
+            covers.extend(
+                guessed.or_else(any).and_then(|index| Some(manual.requirements.get(index)?.id.clone())).filter(applies),
+            );
+        }
+        covers.truncate(MOST_COVERED);
+        for steps in parts.forms() {
+            let case = WrittenCase {
+                comment: vec![
+                    format!("Found by `encspec explore` on {}/{}.", manual.device.name, self.bench.variant()),
+                    format!(
+                        "{}: reference device {}, this device {}.",
+                        finding.name, finding.reference, finding.device
+                    ),
+                    format!("The requirements are {source}."),
+                ],
+                id: format!("explored-{}", self.result.findings.len() + 1),
+                why: format!("{} is as on the reference device.", finding.name.replace(['{', '}', '"'], "")),
+                covers: covers.clone(),
+                catches: Vec::new(),
+                variant: self.bench.variant().to_owned(),
+                steps,
+            };
+            let verdict = |dut: &DutSpec| self.bench.judge(&case, dut, None).map(|outcome| outcome.case.verdict);
+            let (Ok(Verdict::Pass), Ok(Verdict::Fail)) = (verdict(&device), verdict(self.dut)) else { continue };
+            return Ok(Some(case));
+        }
+        Ok(None)
+    }
+
+    /// What differs as a name of the suite language.
+    fn name(&self, found: &LogDifference, logs: [&StepLog; 2]) -> String {
+        let [one, two] = logs.map(|log| raw(log, found));
+        let manual = self.bench.manual();
+        match &found.name {
+            DifferenceName::Read(name) => name.clone(),
+            DifferenceName::Part(key) => {
+                let answers =
+                    logs.into_iter().filter_map(|log| log.steps.get(found.step)).flat_map(|step| &step.answers);
+                let part = answers.map(|(part, _)| part).find(|part| format!("{part:?}") == key.0);
+                let name = part.and_then(|part| literal::part_name(&manual.device, part));
+                name.map_or_else(|| "answer".to_owned(), |name| format!("answer.{name}"))
+            }
+            DifferenceName::Event(kind) => kind.clone(),
+            DifferenceName::Protocol(kind) => (*kind).to_owned(),
+            DifferenceName::Sent(name) => {
+                let said = literal::of_sent(
+                    &manual.device,
+                    self.bench.variant_index(),
+                    *name,
+                    one.or(two).or(Some(0)),
+                    two.or(one),
+                );
+                said.map_or_else(|| format!("{name:?}"), |(path, _)| path)
+            }
+        }
+    }
+
+    fn value(&self, log: &StepLog, found: &LogDifference) -> String {
+        let Some(step) = log.steps.get(found.step) else { return String::new() };
+        match &found.name {
+            DifferenceName::Read(name) => {
+                let value = step.reads.iter().find(|(known, _)| known == name).map(|(_, value)| value);
+                value.and_then(|value| literal::of_value(value, &[])).unwrap_or_else(|| "nothing".to_owned())
+            }
+            DifferenceName::Part(part) => {
+                let reply = step.answers.iter().find(|(known, _)| format!("{known:?}") == part.0);
+                reply.map_or_else(
+                    || step.error.clone().unwrap_or_else(|| "nothing".to_owned()),
+                    |(_, reply)| {
+                        let said = literal::of_reply(&self.bench.manual().device, reply);
+                        said.unwrap_or_else(|| shown(reply))
+                    },
+                )
+            }
+            DifferenceName::Sent(name) => {
+                let values = step.changes.iter().filter_map(|change| match change.what {
+                    Observed::Value(known, value) if known == *name => Some((change.after, value)),
+                    _ => None,
+                });
+                let texts: Vec<String> = values
+                    .map(|(after, value)| match value {
+                        Some(value) => format!("0x{value:X} after {after:?}"),
+                        None => format!("nothing after {after:?}"),
+                    })
+                    .take(4)
+                    .collect();
+                if texts.is_empty() { "unchanged".to_owned() } else { texts.join(", ") }
+            }
+            DifferenceName::Event(_) => {
+                let events = step.changes.iter().filter_map(|change| match &change.what {
+                    Observed::Event(said) => Some(
+                        said.iter()
+                            .filter_map(|(name, value)| Some(format!("{name}: {}", literal::of_value(value, &[])?)))
+                            .collect::<Vec<_>>()
+                            .join(", "),
+                    ),
+                    Observed::Value(..) => None,
+                });
+                let events: Vec<String> = events.collect();
+                if events.is_empty() { "none".to_owned() } else { events.join("; ") }
+            }
+            DifferenceName::Protocol(_) => "as the bus requires".to_owned(),
+        }
+    }
+}
+
+/// The value of what differs at the time when it does.
+fn raw(log: &StepLog, found: &LogDifference) -> Option<u64> {
+    let DifferenceName::Sent(name) = &found.name else { return None };
+    let changes = log
+        .steps
+        .iter()
+        .enumerate()
+        .take(found.step + 1)
+        .flat_map(|(step, of)| of.changes.iter().map(move |of| (step, of)));
+    let at_the_time = changes.filter(|(step, change)| *step < found.step || change.after <= found.after);
+    let values = at_the_time.filter_map(|(_, change)| match change.what {
+        Observed::Value(known, value) if known == *name => Some(value),
+        _ => None,
+    });
+    values.last().flatten()
+}
