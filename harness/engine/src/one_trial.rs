@@ -469,6 +469,7 @@ mod tests {
             likely_reading: None,
             bus: None,
             trace: Trace::new(),
+            log: None,
         }
     }
 

@@ -205,7 +205,9 @@ fn case_result(
         frames: 0,
         at,
         evidence: None,
+        evidence_sha256: None,
         repeats: 0,
+        passed_in_attempt: None,
         bench_lines: Vec::new(),
     })
 }
@@ -219,6 +221,7 @@ fn run_result(spec: &DutSpec, cases: Vec<CaseResult>) -> RunResult {
             variant: spec.variant.clone(),
             identity: "explored".to_owned(),
             firmware: None,
+            details: Vec::new(),
         },
         cases,
         requirements: Vec::new(),

@@ -55,7 +55,7 @@ pub enum FrameSpoiling {
     GroupSender,
     /// The station name in an answer is this one.
     Named(&'static [u8]),
-    /// So many frames follow that say the same to everybody.
+    /// So many frames follow that say the same to all stations.
     Flood(usize),
     /// Every frame but each n-th is lost.
     Lost(usize),

@@ -30,8 +30,8 @@ fn names_are_unique_and_words() {
 fn a_name_is_replaced_with_the_lengths_around_it() {
     let [frame] = &spoilt("other-device", &[&ANSWER[..44]])[..] else { panic!("one frame") };
     assert_eq!(frame[24..26], [0, 28]);
-    assert_eq!(frame[34..40], [2, 2, 0, 15, 0, 0]);
-    assert_eq!(&frame[40..], b"somebody-else\0");
+    assert_eq!(frame[34..40], [2, 2, 0, 16, 0, 0]);
+    assert_eq!(&frame[40..], b"another-device");
 }
 
 #[test]
