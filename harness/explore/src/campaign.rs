@@ -36,6 +36,8 @@ const FEW_RUNS: usize = 300;
 const REPEATS: usize = 3;
 /// The position of the shaft in a case that depends on it, in hardware steps.
 const SHAFT: u64 = 0x1_2345;
+/// The wait in which a difference after the last step shows.
+const AFTERWARDS: Duration = Duration::from_millis(20);
 /// How long the reference device is watched after the last step of a case.
 const LATER: Duration = Duration::from_millis(500);
 /// The most requirements of a written case.
@@ -253,7 +255,20 @@ impl<'a, 'm> Campaign<'a, 'm> {
                 return self.unstable(number, steps, &found);
             };
             if !self.reference.explain(self.bench, &loaded, 0, &other.log, most_runs)? {
-                return self.finding(number, steps.len(), &small, &reference.log, &other.log, &rest);
+                let before = steps.len();
+                if rest.step < small.len() {
+                    return self.finding(number, before, &small, &reference.log, &other.log, &rest);
+                }
+                // It shows after the last step.
+                let mut longer = small.clone();
+                longer.push(ControllerAction::Wait(AFTERWARDS).into());
+                let loaded = self.bench.load(std::slice::from_ref(&longer))?;
+                let other = self.bench.run(&loaded, 0, self.dut)?;
+                let reference = self.bench.run(&loaded, 0, &device)?;
+                return match first(&reference.log, &other.log) {
+                    Some(rest) => self.finding(number, before, &longer, &reference.log, &other.log, &rest),
+                    None => self.unstable(number, steps, &rest),
+                };
             }
             // It is explained; what else is there?
             match self.shows(steps, &self.reference.device()) {
@@ -368,11 +383,10 @@ impl<'a, 'm> Campaign<'a, 'm> {
             "those of the rules that break in its steps"
         };
         if covers.is_empty() {
-            let guessed = related(manual, variant, &finding.name);
-            let any = || manual.requirements.iter().position(|of| of.variants.contains(&variant));
-            covers.extend(
-                guessed.or_else(any).and_then(|index| Some(manual.requirements.get(index)?.id.clone())).filter(applies),
-            );
+            let id = |index: usize| manual.requirements.get(index).map(|of| of.id.clone());
+            let guessed = related(manual, variant, &finding.name).and_then(id).filter(applies);
+            let any = || manual.requirements.iter().map(|of| of.id.clone()).find(applies);
+            covers.extend(guessed.or_else(any));
         }
         covers.truncate(MOST_COVERED);
         for steps in parts.forms() {

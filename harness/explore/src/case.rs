@@ -252,7 +252,6 @@ impl CaseParts<'_> {
         };
         let mut forms = Vec::new();
         let (right, wrong) = (last(self.reference, one), last(self.other, two));
-        let rest: Option<Duration> = Some(one.ended.since(one.began));
         let checked = |after: Duration| -> Vec<Vec<CaseLine>> {
             let named = literal::of_sent(self.device, self.variant, name, right, wrong);
             let Some((path, text)) = named else { return Vec::new() };
@@ -282,12 +281,12 @@ impl CaseParts<'_> {
             forms.extend(checked(Duration::from_millis(20)));
             forms.extend(checked(Duration::from_millis(200)));
         }
-        forms.extend(self.in_order(name, own, rest));
+        forms.extend(self.in_order(name, own));
         forms
     }
 
     /// The values of a name during the step, in order.
-    fn in_order(&self, name: ObservedName, own: &[CaseLine], _: Option<Duration>) -> Option<Vec<CaseLine>> {
+    fn in_order(&self, name: ObservedName, own: &[CaseLine]) -> Option<Vec<CaseLine>> {
         let values = |log: &StepLog| -> Vec<Option<u64>> {
             let of = |step: &LoggedStep| -> Vec<Option<u64>> {
                 let values = step.changes.iter().filter_map(|change| match change.what {
