@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Once, OnceLock};
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 static REQUESTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 static WATCH: Once = Once::new();
@@ -21,6 +21,20 @@ pub fn watch() {
             let _ = signal_hook::flag::register(signal, Arc::clone(flag));
         }
     });
+}
+
+static RELOAD: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// From now on SIGHUP only sets the flag that [`take_reload`] returns.
+pub fn watch_reload() {
+    let flag = RELOAD.get_or_init(Arc::default);
+    // If the registration fails, the signal ends the process as by default.
+    let _ = signal_hook::flag::register(SIGHUP, Arc::clone(flag));
+}
+
+/// Whether a SIGHUP has occurred since the last call.
+pub fn take_reload() -> bool {
+    RELOAD.get().is_some_and(|flag| flag.swap(false, Ordering::Relaxed))
 }
 
 /// Whether an interrupt has occurred since [`watch`] was called.

@@ -29,6 +29,12 @@ mod serial_bus;
 mod socket;
 mod stream_frames;
 mod sys;
+pub mod system_log;
+#[cfg(target_os = "linux")]
+mod tap;
+mod terminal;
+pub mod text_server;
+pub mod transmitted;
 mod wire;
 
 pub use address::{BadAddress, SocketAddress};
@@ -46,4 +52,8 @@ pub use serial_bus::{BusTransmission, Framing, LinePiece, SerialBus};
 pub use socket::FrameSocket;
 pub use station::Parity;
 pub use stream_frames::{BadFrameLength, StreamFrames};
+pub use sys::pause;
+#[cfg(target_os = "linux")]
+pub use tap::{NicTap, TapFrame};
+pub use terminal::terminal_size;
 pub use wire::{LocalStation, Wire, WireStep};

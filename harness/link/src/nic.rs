@@ -17,7 +17,7 @@ use station::{Duration, Time};
 /// Longer than any frame that the kernel delivers in one piece.
 const BUFFER: usize = VIRTIO_HEAD + (1 << 16) + 256;
 /// Destination and source address, in bytes.
-const ADDRESSES: usize = 12;
+pub(crate) const ADDRESSES: usize = 12;
 /// A timestamp older than this is wrong: the system date was changed in between.
 const LONGEST_WAIT: Duration = Duration::from_secs(10);
 /// How long [`Nic::open`] and [`Port::recover`] wait for the carrier; without it they succeed, and the line is silent.
@@ -25,7 +25,7 @@ const WAIT_FOR_CARRIER: Duration = Duration::from_secs(3);
 /// How often [`Port::recover`] checks whether the interface is back.
 const LOOK_AGAIN: Duration = Duration::from_millis(20);
 /// VIRTIO_NET_HDR_F_NEEDS_CSUM: the checksum of the frame is still to be filled in.
-const NEEDS_CHECKSUM: u8 = 1;
+pub(crate) const NEEDS_CHECKSUM: u8 = 1;
 
 /// A network interface in promiscuous mode: sends frames with any source address and receives frames for any destination.
 pub struct Nic {
@@ -236,7 +236,7 @@ fn arrival(now: Time, stamp: Option<Duration>) -> Time {
 }
 
 /// Fills in a checksum that the sender left to its hardware: the ones' complement sum from `start` on, at `start + offset`.
-fn fill_in_checksum(frame: &mut [u8], start: usize, offset: usize) {
+pub(crate) fn fill_in_checksum(frame: &mut [u8], start: usize, offset: usize) {
     let Some(covered) = frame.get_mut(start..).filter(|covered| covered.len() >= offset + 2) else { return };
     let mut sum: u64 =
         covered.chunks(2).map(|pair| u64::from(pair[0]) << 8 | u64::from(*pair.get(1).unwrap_or(&0))).sum();
@@ -252,7 +252,7 @@ fn fill_in_checksum(frame: &mut [u8], start: usize, offset: usize) {
 }
 
 /// Checks the interface `name` as far as this needs no privilege.
-fn check(name: &str) -> Result<(), LinkError> {
+pub(crate) fn check(name: &str) -> Result<(), LinkError> {
     let label = escaped(name);
     let known = crate::interfaces();
     let Some(found) = known.iter().find(|known| known.name == name) else { return Err(absent(&label)) };
@@ -266,7 +266,7 @@ fn check(name: &str) -> Result<(), LinkError> {
 }
 
 /// Fails if the interface is absent, is down or carries no Ethernet frames.
-fn require_usable(label: &str, facts: Option<InterfaceStatus>) -> Result<InterfaceStatus, LinkError> {
+pub(crate) fn require_usable(label: &str, facts: Option<InterfaceStatus>) -> Result<InterfaceStatus, LinkError> {
     match facts {
         None => Err(absent(label)),
         Some(facts) if !facts.ethernet => Err(no_ethernet(label)),
@@ -279,7 +279,7 @@ fn absent(label: &str) -> LinkError {
     LinkError::Unusable(format!("there is no interface {label}: {}", interface_names()))
 }
 
-fn removed(label: &str) -> String {
+pub(crate) fn removed(label: &str) -> String {
     format!("the interface {label} was removed; plug its adapter in again")
 }
 
@@ -291,7 +291,7 @@ fn down(label: &str) -> LinkError {
     LinkError::Unusable(format!("the interface {label} is down: bring it up with `ip link set {label} up`"))
 }
 
-fn no_privilege(label: &str) -> LinkError {
+pub(crate) fn no_privilege(label: &str) -> LinkError {
     let program =
         std::env::current_exe().map_or_else(|_| "encspec".to_string(), |path| escaped(&path.to_string_lossy()));
     LinkError::Unusable(format!(

@@ -50,6 +50,22 @@ pub fn raise() -> RealtimeSettings {
     outcome
 }
 
+/// Schedules the calling thread before all ordinary ones, but after those that drive a wire; the error says what is missing.
+#[cfg(target_os = "linux")]
+pub fn schedule_listener() -> Result<(), String> {
+    /// Below the priority of [`raise`].
+    const PRIORITY: i32 = 10;
+    crate::sys::process::schedule_first(PRIORITY).map_err(|error| {
+        format!("no real-time scheduling, CAP_SYS_NICE is missing ({error}): grant it with `setcap`, or run as root")
+    })
+}
+
+/// Fails: only implemented on Linux.
+#[cfg(not(target_os = "linux"))]
+pub fn schedule_listener() -> Result<(), String> {
+    Err("no real-time scheduling: only implemented on Linux".to_string())
+}
+
 /// Changes nothing: only implemented on Linux.
 #[cfg(not(target_os = "linux"))]
 pub fn raise() -> RealtimeSettings {

@@ -37,6 +37,10 @@ pub struct PacketMetadata {
     pub tag: Option<(u16, u16)>,
     /// Whether this host has sent it.
     pub outgoing: bool,
+    /// Its length before it was cut to the buffer.
+    pub original: usize,
+    /// How many frames the socket had dropped when this one was received, modulo 2^32.
+    pub dropped: Option<u32>,
 }
 
 /// The size of `virtio_net_hdr` in front of each frame in bytes: flags, GSO fields, and where a checksum is to be filled in.
@@ -119,7 +123,17 @@ pub fn receive(socket: BorrowedFd<'_>, buffer: &mut [u8]) -> io::Result<Option<P
         ..PacketMetadata::default()
     };
     // SAFETY: the kernel has filled in `message`, whose control buffer is still alive and as long as it says.
-    let mut next = unsafe { libc::CMSG_FIRSTHDR(&raw const message) };
+    unsafe { read_control(&message, &mut packet) };
+    Ok(Some(packet))
+}
+
+/// Reads the control messages of a received message.
+///
+/// # Safety
+/// The kernel has filled in `message`, whose control buffer is alive.
+unsafe fn read_control(message: &libc::msghdr, packet: &mut PacketMetadata) {
+    // SAFETY: the caller ensures that the control buffer is there and as long as `message` says.
+    let mut next = unsafe { libc::CMSG_FIRSTHDR(message) };
     while !next.is_null() {
         // SAFETY: `next` is a header inside the control buffer, as CMSG_FIRSTHDR and CMSG_NXTHDR ensure.
         let head = unsafe { std::ptr::read_unaligned(next) };
@@ -135,12 +149,81 @@ pub fn receive(socket: BorrowedFd<'_>, buffer: &mut [u8]) -> io::Result<Option<P
                 let auxdata: libc::tpacket_auxdata = unsafe { content(next) };
                 packet.tag = tag(&auxdata);
             }
+            (libc::SOL_SOCKET, libc::SO_RXQ_OVFL) => {
+                // SAFETY: `next` is such a header, and a message of this type holds a 32-bit count.
+                packet.dropped = Some(unsafe { content::<u32>(next) });
+            }
             _ => {}
         }
         // SAFETY: as for CMSG_FIRSTHDR.
-        next = unsafe { libc::CMSG_NXTHDR(&raw const message, next) };
+        next = unsafe { libc::CMSG_NXTHDR(message, next) };
     }
-    Ok(Some(packet))
+}
+
+/// How many frames [`receive_batch`] takes from the kernel at once.
+pub const BATCH: usize = 64;
+/// The longest frame of a batch in bytes, with the virtio header; what is longer is cut.
+pub const BATCH_FRAME: usize = 2_048;
+
+/// Receives up to [`BATCH`] frames into `buffer`, one after the other in pieces of [`BATCH_FRAME`] bytes; none if none is waiting.
+pub fn receive_batch(socket: BorrowedFd<'_>, buffer: &mut [u8], into: &mut Vec<PacketMetadata>) -> io::Result<()> {
+    /// The buffer for control messages, with the alignment of their headers.
+    #[repr(C, align(8))]
+    #[derive(Clone, Copy)]
+    struct ControlBuffer([u8; 128]);
+    into.clear();
+    let mut controls = [ControlBuffer([0; 128]); BATCH];
+    // SAFETY: structures of integers and pointers, for which zero is a value.
+    let (mut parts, mut froms, mut messages): (
+        [libc::iovec; BATCH],
+        [libc::sockaddr_ll; BATCH],
+        [libc::mmsghdr; BATCH],
+    ) = unsafe { (zeroed(), zeroed(), zeroed()) };
+    let mut count = 0;
+    for (place, piece) in buffer.chunks_exact_mut(BATCH_FRAME).take(BATCH).enumerate() {
+        parts[place] = libc::iovec { iov_base: piece.as_mut_ptr().cast(), iov_len: piece.len() };
+        let message = &mut messages[place].msg_hdr;
+        message.msg_name = (&raw mut froms[place]).cast();
+        message.msg_namelen = size_of::<libc::sockaddr_ll>() as libc::socklen_t;
+        message.msg_iov = &raw mut parts[place];
+        message.msg_iovlen = 1;
+        message.msg_control = controls[place].0.as_mut_ptr().cast();
+        message.msg_controllen = controls[place].0.len() as _;
+        count += 1;
+    }
+    let flags = libc::MSG_DONTWAIT | libc::MSG_TRUNC;
+    // SAFETY: all that the `count` messages point to lives through the call, with the sizes that they name; no timeout is given.
+    let received =
+        unsafe { libc::recvmmsg(socket.as_raw_fd(), messages.as_mut_ptr(), count, flags as _, std::ptr::null_mut()) };
+    let Ok(received) = usize::try_from(received) else {
+        let error = io::Error::last_os_error();
+        let nothing = matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted);
+        return if nothing { Ok(()) } else { Err(error) };
+    };
+    for (message, from) in messages.iter().zip(&froms).take(received) {
+        let original = message.msg_len as usize;
+        let mut packet = PacketMetadata {
+            length: original.min(BATCH_FRAME),
+            original,
+            outgoing: from.sll_pkttype == libc::PACKET_OUTGOING,
+            ..PacketMetadata::default()
+        };
+        // SAFETY: the kernel has filled in this message, and its control buffer is still alive.
+        unsafe { read_control(&message.msg_hdr, &mut packet) };
+        into.push(packet);
+    }
+    Ok(())
+}
+
+/// Has the socket receive the frames that this host sends, count the dropped frames at each one, and buffer `octets` bytes.
+pub fn enable_watching(socket: BorrowedFd<'_>, octets: i32) -> io::Result<()> {
+    // Older kernels lack this option and pass on outgoing frames anyway.
+    let _ = set_option(socket, libc::SOL_PACKET, libc::PACKET_IGNORE_OUTGOING, 0_i32);
+    if set_option(socket, libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, octets).is_err() {
+        // Without the privilege the kernel limits the buffer to `net.core.rmem_max`.
+        let _ = set_option(socket, libc::SOL_SOCKET, libc::SO_RCVBUF, octets);
+    }
+    set_option(socket, libc::SOL_SOCKET, libc::SO_RXQ_OVFL, 1_i32)
 }
 
 /// The data of the control message at `head`.

@@ -5,4 +5,5 @@ mod lines;
 mod nic;
 mod serial;
 mod socket;
+mod tap;
 mod wire;
