@@ -93,6 +93,13 @@ impl<'a> RuleWatch<'a> {
         RuleWatch { suspicion: Some(Box::default()), ..self }
     }
 
+    /// Returns to the initial state: the rule was violated, and is judged again.
+    pub(super) fn begin_afresh(&mut self) {
+        let fresh = RuleWatch::new(self.body, self.watchdog);
+        let is_recorded = self.suspicion.is_some();
+        *self = RuleWatch { decided: self.decided, ..if is_recorded { fresh.recorded() } else { fresh } };
+    }
+
     /// How often the rule was decided.
     pub fn decided(&self) -> DecisionCounts {
         self.decided

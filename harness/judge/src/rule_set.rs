@@ -212,6 +212,16 @@ impl<'a> RuleSet<'a> {
         }
     }
 
+    /// Forgets the violations of the rules that `is_meant` selects: they are judged afresh from the next frame on.
+    pub fn forget_violations(&mut self, is_meant: impl Fn(&SuiteRule) -> bool) {
+        self.settle();
+        let meant = self.rules.iter().zip(&mut self.watches).filter(|(rule, _)| is_meant(rule));
+        for (_, watch) in meant.filter(|(_, watch)| watch.violation().is_some() || watch.unconfirmed().is_some()) {
+            watch.begin_afresh();
+            self.index = None;
+        }
+    }
+
     /// Advances time without a frame.
     pub fn time(&mut self, view: &NameView<'_>, now: Time) {
         if self.is_waiting && !self.is_recorded {

@@ -79,6 +79,14 @@ impl<'a> LayoutGuesser<'a> {
         }
     }
 
+    /// Forgets connections whose ids later ones may get, and the pairs of stations where there are too many.
+    pub fn forget(&mut self, forgotten: &[ArId]) {
+        self.guesses.retain(|ar, _| !forgotten.contains(ar));
+        if self.pairs.len() >= MOST_PAIRS {
+            self.pairs.clear();
+        }
+    }
+
     /// Takes in an observation of a tracker: only cyclic frames without a connection count.
     #[inline]
     pub fn observe(&mut self, observation: &Observation<'_>) {

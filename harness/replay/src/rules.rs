@@ -113,6 +113,8 @@ pub struct RuleJudge<'a> {
     blips: Option<Box<Blips>>,
     /// The connection of the last frame or event.
     ar: Option<ArId>,
+    /// Whether a rule was broken since the findings were taken.
+    has_changed: bool,
 }
 
 impl<'a> RuleJudge<'a> {
@@ -125,7 +127,7 @@ impl<'a> RuleJudge<'a> {
         };
         let (follower, notebook) = (Follower::new(device), TrialValues::default());
         let variants = variants.into_iter().map(of).collect();
-        RuleJudge { device, follower, notebook, variants, blips: None, ar: None }
+        RuleJudge { device, follower, notebook, variants, blips: None, ar: None, has_changed: false }
     }
 
     /// The same for recorded frames, of which some may be missing or damaged.
@@ -195,6 +197,7 @@ impl<'a> RuleJudge<'a> {
     /// connection.
     fn new_violations(&mut self) -> impl Iterator<Item = NewViolation> {
         let ar = self.ar;
+        self.has_changed = true;
         let new = self.variants.iter_mut().filter_map(|of| of.rules.take_newly_broken().then_some(&of.rules));
         let broken =
             new.flat_map(|rules| rules.iter().filter_map(|(_, watch)| watch.violation().or(watch.unconfirmed())));
@@ -204,6 +207,11 @@ impl<'a> RuleJudge<'a> {
     /// The result of each rule of each variant, in their order; open premises stay undecided.
     pub fn end(mut self) -> Vec<Vec<RuleOutcome>> {
         self.cut();
+        self.outcomes()
+    }
+
+    /// The result of each rule of each variant so far, in their order.
+    fn outcomes(&self) -> Vec<Vec<RuleOutcome>> {
         let outcome =
             |unseen: &MissingValues, (rule, (of, watch)): (usize, (&SuiteRule, &RuleWatch<'_>))| RuleOutcome {
                 rule,
@@ -405,6 +413,52 @@ impl<'a> CaptureRules<'a> {
             .collect()
     }
 
+    /// The findings on rules broken since the last call; these rules are judged afresh.
+    pub fn take_findings(&mut self) -> Vec<CaptureFinding> {
+        let (mut findings, buses) = (Vec::new(), [Bus::Profinet, Bus::Profibus]);
+        for bus in buses {
+            let (pairs, _) = self.pairs.of_mut(bus);
+            for pairs in pairs {
+                let (manual, variants) = (pairs.manual, &pairs.variants);
+                for (_, judge) in &mut pairs.judges {
+                    if !std::mem::take(&mut judge.has_changed) {
+                        continue;
+                    }
+                    let judged: Vec<_> = variants.iter().copied().zip(judge.outcomes()).collect();
+                    for (rule, _, finding) in verdicts(manual, &judged) {
+                        let Some(finding) = finding else { continue };
+                        findings.push(judge.ar.map_or(finding.clone(), |ar| finding.ar(ar)));
+                        // Where one variant still allows what the device does, its violation of the others is remembered.
+                        judge.variants.iter_mut().for_each(|of| of.rules.forget_violations(|of| of.id == rule));
+                    }
+                }
+            }
+        }
+        findings
+    }
+
+    /// Forgets the judges of connections on a bus that are forgotten, where there are too many of them.
+    pub fn forget(&mut self, bus: Bus, forgotten: &[ArId]) {
+        let (pairs, ConnectionJudges(of_connections)) = self.pairs.of_mut(bus);
+        for ArId(index) in forgotten {
+            if let Some(judges) = of_connections.get_mut(*index as usize) {
+                judges.clear();
+            }
+        }
+        for (place, pairs) in pairs.iter_mut().enumerate().filter(|(_, pairs)| pairs.judges.len() >= MOST_PAIRS / 2) {
+            let is_used = |judge: usize| of_connections.iter().flatten().any(|of| *of == (place, judge));
+            let used: Vec<bool> = (0..pairs.judges.len()).map(is_used).collect();
+            let mut number = 0;
+            pairs.judges.retain(|_| {
+                number += 1;
+                used[number - 1]
+            });
+            for of in of_connections.iter_mut().flatten().filter(|of| of.0 == place) {
+                of.1 = used[..of.1].iter().filter(|used| **used).count();
+            }
+        }
+    }
+
     /// The results of the rules of all devices in the capture, and the findings.
     pub fn end(self) -> (Vec<RuleReport>, Vec<CaptureFinding>) {
         let (mut reports, mut findings) = (Vec::new(), Vec::new());
@@ -414,26 +468,36 @@ impl<'a> CaptureRules<'a> {
         for pairs in all {
             let (manual, variants) = (pairs.manual, pairs.variants.clone());
             let judged: Vec<(&SuiteVariant, Vec<RuleOutcome>)> = variants.into_iter().zip(pairs.end()).collect();
-            let mut ids: Vec<&str> = Vec::new();
-            for rule in judged.iter().flat_map(|(variant, _)| &variant.rules) {
-                if !ids.contains(&rule.id.as_str()) {
-                    ids.push(&rule.id);
-                }
-            }
-            for id in ids {
-                let of: Vec<(&SuiteVariant, &SuiteRule, &RuleOutcome)> = judged
-                    .iter()
-                    .flat_map(|(variant, outcomes)| outcomes.iter().map(move |outcome| (*variant, outcome)))
-                    .filter_map(|(variant, outcome)| Some((variant, variant.rules.get(outcome.rule)?, outcome)))
-                    .filter(|(_, rule, _)| rule.id == id)
-                    .collect();
-                let (report, finding) = agree(manual, &of);
+            for (_, report, finding) in verdicts(manual, &judged) {
                 reports.extend(report);
                 findings.extend(finding);
             }
         }
         (reports, findings)
     }
+}
+
+/// The id, the report and the finding on each rule of a manual, from the results of its variants.
+fn verdicts<'j>(
+    manual: &'j Manual,
+    judged: &'j [(&'j SuiteVariant, Vec<RuleOutcome>)],
+) -> impl Iterator<Item = (&'j str, Option<RuleReport>, Option<CaptureFinding>)> {
+    let mut ids: Vec<&str> = Vec::new();
+    for rule in judged.iter().flat_map(|(variant, _)| &variant.rules) {
+        if !ids.contains(&rule.id.as_str()) {
+            ids.push(&rule.id);
+        }
+    }
+    ids.into_iter().map(move |id| {
+        let of: Vec<(&SuiteVariant, &SuiteRule, &RuleOutcome)> = judged
+            .iter()
+            .flat_map(|(variant, outcomes)| outcomes.iter().map(move |outcome| (*variant, outcome)))
+            .filter_map(|(variant, outcome)| Some((variant, variant.rules.get(outcome.rule)?, outcome)))
+            .filter(|(_, rule, _)| rule.id == id)
+            .collect();
+        let (report, finding) = agree(manual, &of);
+        (id, report, finding)
+    })
 }
 
 /// Combines the verdicts of all variants into one: it counts only if they agree.

@@ -12,7 +12,7 @@ use std::io::Read;
 use suite::device::Bus;
 use suite::model::Manual;
 use virtual_wire::CaptureReader;
-use virtual_wire::capture::{CaptureItem, LinkType, NotACapture};
+use virtual_wire::capture::{CaptureItem, CapturedPacket, LinkType, NotACapture};
 use wire::profinet::rpc;
 
 /// Receives the frames and observations of a capture.
@@ -49,6 +49,7 @@ pub(super) struct TrackedCapture<'a> {
     pub layouts: LayoutGuesser<'a>,
     pub damage: DamageList,
     datagrams: IpReassembler,
+    order: FrameOrder,
     pub frames: u64,
 }
 
@@ -66,35 +67,22 @@ pub(super) fn walk<'a>(
     progress: &mut dyn FnMut(u64, bool),
 ) -> Result<TrackedCapture<'a>, NotACapture> {
     let mut reader = CaptureReader::new(input)?;
-    let mut walked = TrackedCapture {
-        tracker: Tracker::recorded(),
-        slaves: DpTracker::recorded(),
-        layouts: LayoutGuesser::new(manuals),
-        damage: DamageList::default(),
-        datagrams: IpReassembler::default(),
-        frames: 0,
-    };
+    let mut walked = TrackedCapture::new(manuals);
     for (mac, ids) in identities {
         walked.tracker.know(*mac, *ids);
     }
-    let mut line = FrameOrder::default();
     while let Some(item) = reader.next() {
         match item {
             CaptureItem::Packet(packet) => {
-                walked.frames += 1;
-                progress(walked.frames, false);
+                progress(walked.frames + 1, false);
                 let after_damage = walked.damage.is_open();
                 walked.damage.close(packet.number as u64);
-                if let Some(next) = line.push(&packet, after_damage) {
-                    walked.next(&next, watch);
-                }
+                walked.packet(&packet, after_damage, watch);
             }
             CaptureItem::Damage(damage) => walked.damage.add(damage, walked.frames),
         }
     }
-    if let Some(next) = line.end() {
-        walked.next(&next, watch);
-    }
+    walked.flush(watch);
     walked.datagrams.interrupt();
     walked.pass_on_lost(watch);
     if walked.damage.is_open() {
@@ -104,7 +92,39 @@ pub(super) fn walk<'a>(
     Ok(walked)
 }
 
-impl TrackedCapture<'_> {
+impl<'a> TrackedCapture<'a> {
+    /// A capture without frames.
+    pub fn new(manuals: &'a [Manual]) -> TrackedCapture<'a> {
+        TrackedCapture {
+            tracker: Tracker::recorded(),
+            slaves: DpTracker::recorded(),
+            layouts: LayoutGuesser::new(manuals),
+            damage: DamageList::default(),
+            datagrams: IpReassembler::default(),
+            order: FrameOrder::default(),
+            frames: 0,
+        }
+    }
+
+    /// Takes in the next packet and passes on the one before; `after_damage`: frames may be missing before it.
+    pub fn packet(&mut self, packet: &CapturedPacket<'_>, after_damage: bool, watch: &mut impl CaptureVisitor) {
+        self.frames += 1;
+        let mut order = std::mem::take(&mut self.order);
+        if let Some(next) = order.push(packet, after_damage) {
+            self.next(&next, watch);
+        }
+        self.order = order;
+    }
+
+    /// Passes on the last packet.
+    pub fn flush(&mut self, watch: &mut impl CaptureVisitor) {
+        let mut order = std::mem::take(&mut self.order);
+        if let Some(next) = order.end() {
+            self.next(&next, watch);
+        }
+        self.order = order;
+    }
+
     fn next(&mut self, next: &OrderedFrame<'_>, watch: &mut impl CaptureVisitor) {
         if next.interrupted {
             self.datagrams.interrupt();

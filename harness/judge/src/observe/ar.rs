@@ -289,6 +289,12 @@ impl ObservedAr {
         }
     }
 
+    /// What stands in the place of a forgotten connection.
+    pub(super) fn forgotten() -> ObservedAr {
+        let unknown = || Party::at(Address::Mac(Mac::ZERO));
+        ObservedAr { role: Role::Access, stage: ArStage::Released, ..ObservedAr::between(unknown(), unknown()) }
+    }
+
     /// The frames of a direction.
     pub fn stream(&self, direction: FrameDirection) -> &CyclicStream {
         match direction {

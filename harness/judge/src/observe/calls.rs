@@ -155,6 +155,12 @@ impl TrackedCalls {
         Some(std::mem::replace(&mut call.asked, CallService::Nothing))
     }
 
+    /// Drops all calls of a connection.
+    pub fn forget_connection(&mut self, ar: ArId) {
+        self.known.retain(|_, call| call.ar != Some(ar));
+        self.order.retain(|key| self.known.contains_key(key));
+    }
+
     /// Drops all calls of an activity that restarts.
     pub fn forget(&mut self, activity: Uuid) {
         self.known.retain(|key, _| key.0 != activity);

@@ -53,6 +53,8 @@ pub struct DpTracker {
     asked: Option<PendingDpRequest>,
     /// Buffer for the bytes of the last request, so that requests do not allocate.
     spare: Vec<u8>,
+    /// The ids of forgotten connections, which later ones get.
+    unused: Vec<u32>,
     standing: Vec<u8>,
     counts: DpCounts,
     /// Whether the frames are from a recording, in which frames may be missing.
@@ -125,11 +127,22 @@ impl DpTracker {
             slaves: vec![TrackedSlave::default(); usize::from(BROADCAST) + 1],
             asked: None,
             spare: Vec::new(),
+            unused: Vec::new(),
             standing: Vec::new(),
             counts: DpCounts::default(),
             is_recorded: false,
             lost_after: LOST_AFTER,
         }
+    }
+
+    /// Forgets a connection that has ended and is not that of a slave any more, so that a later one may have its id.
+    pub fn forget(&mut self, ArId(index): ArId) {
+        if self.slaves.iter().any(|slave| slave.ar == Some(index)) {
+            return;
+        }
+        let Some(ar) = self.ars.get_mut(index as usize).filter(|ar| !ar.stage.stands()) else { return };
+        *ar = ObservedAr::forgotten();
+        self.unused.push(index);
     }
 
     /// A tracker for a bus whose only masters are those of the harness: they give a slave up after the first cycle without an answer.

@@ -38,6 +38,8 @@ pub struct Tracker {
     pub(super) ars: Vec<ObservedAr>,
     /// Internal data of each connection, in the same order.
     pub(super) links: Vec<ArLink>,
+    /// The ids of forgotten connections, which later ones get.
+    unused: Vec<u32>,
     /// The last connection of each UUID.
     pub(super) by_uuid: FxHashMap<Uuid, u32>,
     /// The last connections between a controller and a device.
@@ -123,6 +125,7 @@ impl Tracker {
         Tracker {
             ars: Vec::new(),
             links: Vec::new(),
+            unused: Vec::new(),
             by_uuid: FxHashMap::default(),
             by_pair: FxHashMap::default(),
             calls: TrackedCalls::default(),
@@ -371,6 +374,12 @@ impl Tracker {
 
     /// Adds a connection; `None` if there are too many.
     pub(super) fn add(&mut self, ar: ObservedAr, link: ArLink) -> Option<u32> {
+        if let Some(index) = self.unused.pop() {
+            self.by_uuid.insert(ar.uuid, index);
+            self.ars[index as usize] = ar;
+            self.links[index as usize] = link;
+            return Some(index);
+        }
         if self.ars.len() >= MOST_CONNECTIONS {
             self.counts.connections_left_out += 1;
             return None;
@@ -380,6 +389,27 @@ impl Tracker {
         self.ars.push(ar);
         self.links.push(link);
         Some(index)
+    }
+
+    /// Forgets a connection that has ended, so that a later one may have its id. Only what is followed for an unlimited time needs this.
+    pub fn forget(&mut self, ArId(index): ArId) {
+        let Some(ar) = self.ars.get_mut(index as usize).filter(|ar| !ar.stage.stands()) else { return };
+        *ar = ObservedAr::forgotten();
+        self.links[index as usize] = ArLink::default();
+        self.by_uuid.retain(|_, known| *known != index);
+        self.by_pair.retain(|_, known| {
+            known.retain(|known| *known != index);
+            !known.is_empty()
+        });
+        self.routes.retain(|_, route| route.ar != index);
+        self.standing.retain(|known| *known != index);
+        self.calls.forget_connection(ArId(index));
+        self.unused.push(index);
+    }
+
+    /// Forgets the streams without a connection that had no frame for long: those for which `is_old` returns true.
+    pub fn forget_strays(&mut self, is_old: impl Fn(&Stray) -> bool) {
+        self.strays.retain(|_, stray| !is_old(stray));
     }
 
     /// Removes the routes of ended connections between two stations, because a new connection is requested.

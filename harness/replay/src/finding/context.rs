@@ -156,6 +156,12 @@ impl ContextCollector {
         self.wanted.insert(frame, wanted);
     }
 
+    /// Forgets the findings up to a frame.
+    pub fn forget(&mut self, reported: u64) {
+        self.wanted.retain(|frame, _| *frame > reported);
+        self.open.retain(|frame| *frame > reported);
+    }
+
     /// The frames around a frame and its connection, as far as they were kept.
     pub fn of(&self, frame: u64) -> Option<(&FindingContext, Option<ArId>)> {
         self.wanted.get(&frame).map(|of| (&of.context, of.ar))

@@ -2,7 +2,7 @@
 
 use super::accepted::AcceptedFrames;
 use super::advice::{advised, of_abort};
-use super::coverage::{CapturePosition, FindingList};
+use super::coverage::{CapturePosition, FindingList, SettledFrames};
 use super::surroundings::Surroundings;
 use super::table::ABORTED;
 use super::text::{of, sender, span, status};
@@ -17,7 +17,7 @@ use wire::profinet::status::{AbortReason, PnioStatus};
 const MOST: usize = 4_096;
 
 /// The last event of each connection, and the last DCP Set to each station.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Aborts {
     events: BTreeMap<ArId, (CapturePosition, String)>,
     /// Position, sender and words of the last Set to each station.
@@ -305,4 +305,12 @@ fn consumer_timeout(
         "Its sender stopped, lost power or its link, or the frames were lost before the capture point.",
         "Check the power and the link of the sender, and capture at its port.",
     )
+}
+
+impl Aborts {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        self.events.retain(|ar, _| settled.keeps(*ar));
+        self.touched.retain(|_, (when, ..)| when.frame > settled.old);
+    }
 }

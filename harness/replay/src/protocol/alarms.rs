@@ -1,7 +1,7 @@
 //! Alarms: those not acknowledged, those refused, and diagnoses that are still pending or were read from a record.
 
 use super::advice::{advised, of_alarm, of_channel, of_refusal};
-use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList, SettledFrames};
 use super::table::{ALARM_DIAGNOSIS, ALARM_REFUSED, ALARM_UNACKNOWLEDGED};
 use super::text::{of, sender, span, status, times};
 use crate::finding::{CaptureBlame, FindingSeverity};
@@ -42,7 +42,7 @@ type FaultAddress = (ArId, u16, u16, u16, u16);
 type DiagnosisAddress = (Mac, u16, u16, u16, u16);
 
 /// A diagnosis read from a record: how often, its first and last frame, record index, connection, and its text.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct ReadDiagnosis {
     count: u64,
     first: u64,
@@ -59,7 +59,7 @@ const RECORDS: [u16; 13] =
 const OF_THE_NETWORK: RangeInclusive<u16> = 0x8000..=0x800F;
 
 /// The alarms and diagnoses of a capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct AlarmCheck {
     sent: BTreeMap<(ArId, AlarmPriority, bool), SentAlarm>,
     faults: BTreeMap<FaultAddress, (u64, u64, Option<u64>, String)>,
@@ -313,4 +313,17 @@ fn words(channel: &ChannelDiagnosis) -> String {
 /// The party to blame for an error type.
 fn blame(error: u16) -> CaptureBlame {
     if OF_THE_NETWORK.contains(&error) { CaptureBlame::Network } else { CaptureBlame::Device }
+}
+
+impl AlarmCheck {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        self.sent.retain(|key, _| settled.keeps(key.0));
+        self.faults
+            .retain(|key, (.., gone, _)| settled.keeps(key.0) && gone.is_none_or(|gone| gone > settled.reported));
+        self.read.retain(|_, read| read.last > settled.reported);
+        self.unacknowledged.retain(|key, (_, _, last, _)| settled.keeps(key.0) && *last > settled.reported);
+        let is_forgotten = |ar: Option<ArId>| ar.is_some_and(|ar| !settled.keeps(ar));
+        self.read.values_mut().filter(|read| is_forgotten(read.ar)).for_each(|read| read.ar = None);
+    }
 }

@@ -1,6 +1,6 @@
 //! The bus itself: lost tokens, masters that send at the same time, damaged frames, and captures of one side only.
 
-use super::coverage::{CapturePosition, FindingList};
+use super::coverage::{CapturePosition, FindingList, SettledFrames};
 use super::slaves::on_bus;
 use super::table::{DP_DAMAGED, DP_ONE_SIDED, DP_TOKEN_LOST, DP_TOKEN_TWICE};
 use crate::finding::{CaptureBlame, FindingSeverity};
@@ -25,7 +25,7 @@ struct RingMaster {
 }
 
 /// The token ring and the frame counts of the bus.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct TokenRing {
     /// The master that holds the token, where it is known.
     holder: Option<u8>,
@@ -40,6 +40,8 @@ pub(super) struct TokenRing {
     answered: u64,
     first_asked: u64,
     damaged: (u64, u64),
+    /// The frames before those whose damage is counted.
+    frames_before: u64,
 }
 
 impl TokenRing {
@@ -101,9 +103,9 @@ impl TokenRing {
 
     pub fn end(self, counts: &DpCounts, findings: &mut FindingList) {
         if self.damaged.0 > FEW {
-            let severity =
-                if self.damaged.0 * 100 > counts.frames { FindingSeverity::Warning } else { FindingSeverity::Info };
-            let text = format!("{} of {} frames are damaged", self.damaged.0, counts.frames);
+            let frames = counts.frames.saturating_sub(self.frames_before);
+            let severity = if self.damaged.0 * 100 > frames { FindingSeverity::Warning } else { FindingSeverity::Info };
+            let text = format!("{} of {frames} frames are damaged", self.damaged.0);
             findings.add(on_bus(DP_DAMAGED.finding(severity, CaptureBlame::Network, self.damaged.1, text), None));
         }
         if self.asked >= MANY && self.answered == 0 {
@@ -139,6 +141,18 @@ impl TokenRing {
                     None,
                 ));
             }
+        }
+    }
+}
+
+impl TokenRing {
+    /// Forgets what a watch that never ends need not remember; `frames` is the number of frames so far.
+    pub fn forget(&mut self, settled: SettledFrames<'_>, frames: u64) {
+        self.twice.retain(|_, (first, _)| *first > settled.reported);
+        self.lost = self.lost.filter(|(first, ..)| *first > settled.reported);
+        self.masters.retain(|_, master| master.last > settled.old);
+        if self.damaged.1 <= settled.reported {
+            (self.damaged, self.frames_before) = ((0, 0), frames);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Calls: those never answered, those answered late, and those refused, with the reason.
 
 use super::advice::{Advice, advised, of_refusal};
-use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList, SettledFrames};
 use super::table::{CALL_FAILED, CALL_SLOW, CALL_UNANSWERED, CAPTURE_GAP, ONE_SIDED, RECORD_REFUSED, START_UNANSWERED};
 use super::text::{device, of, span, status, times};
 use crate::finding::{CaptureBlame, FindingSeverity};
@@ -57,7 +57,7 @@ impl Occurrences {
 type RecordRefused = (Option<ArId>, bool, (u16, u16, u16), u32);
 
 /// The calls of a capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct CallCheck {
     pending: FxHashMap<u64, PendingCall>,
     given_up: Vec<PendingCall>,
@@ -317,5 +317,18 @@ fn one(finding: crate::finding::CaptureFinding, ar: Option<ArId>) -> crate::find
     match ar {
         Some(ar) => finding.ar(ar),
         None => finding,
+    }
+}
+
+impl CallCheck {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        let keeps = |ar: Option<ArId>| ar.is_none_or(|ar| settled.keeps(ar));
+        self.pending.retain(|_, call| call.last.frame > settled.old && keeps(call.ar));
+        self.given_up.retain(|call| call.last.frame > settled.reported && keeps(call.ar));
+        self.lossy.retain(|_, (frame, ar)| *frame > settled.old && keeps(*ar));
+        self.slow.retain(|_, (often, ..)| often.last > settled.reported);
+        self.failed.retain(|key, often| often.last > settled.reported && keeps(key.0));
+        self.records.retain(|key, (often, _)| often.last > settled.reported && keeps(key.0));
     }
 }

@@ -3,6 +3,7 @@
 //! A check that reports something as missing asks here first whether the capture could have shown it.
 
 use crate::finding::CaptureFinding;
+use judge::observe::ArId;
 use rustc_hash::{FxHashMap, FxHashSet};
 use station::{Duration, Time};
 use wire::ethernet::Mac;
@@ -37,7 +38,7 @@ impl CapturePosition {
 }
 
 /// The senders and receivers that the capture shows.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct CaptureCoverage {
     pub now: CapturePosition,
     talks: FxHashSet<(Mac, Mac)>,
@@ -89,8 +90,26 @@ impl CaptureCoverage {
     }
 }
 
+/// What a watch that never ends has reported and need not remember.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SettledFrames<'a> {
+    /// What ended in this frame or before it was reported.
+    pub reported: u64,
+    /// What was last seen in this frame or before it is of no interest any more.
+    pub old: u64,
+    /// The connections whose ids later ones may get.
+    pub forgotten: &'a [ArId],
+}
+
+impl SettledFrames<'_> {
+    /// Whether a connection is not one of the forgotten ones.
+    pub fn keeps(&self, ar: ArId) -> bool {
+        !self.forgotten.contains(&ar)
+    }
+}
+
 /// The findings so far, with an upper limit for each check.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct FindingList {
     list: Vec<CaptureFinding>,
     /// Frames whose neighbouring frames are still to be collected.
@@ -124,6 +143,12 @@ impl FindingList {
     /// Whether there is no finding.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
+    }
+
+    /// The findings since the last call, which do not wait for the end.
+    pub fn take(&mut self) -> Vec<CaptureFinding> {
+        self.seen.clear();
+        std::mem::take(&mut self.list)
     }
 
     /// All findings; the last one of a check says how many more there are.

@@ -2,7 +2,7 @@
 
 use super::accepted::AcceptedFrames;
 use super::advice::{Advice, advised};
-use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList, SettledFrames};
 use super::gaps::{FrameGap, GapList, OFTEN};
 use super::table::{CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ONE_SIDED};
 use super::text::{of, sender, span};
@@ -38,6 +38,8 @@ struct CyclicFlow {
     jumps: (u64, u64),
     /// Frames with the same cycle counter as the one before: how many, and the first frame.
     still: (u64, u64),
+    /// The frames before those whose counters are compared.
+    frames_before: u64,
 }
 
 /// A direction that fell silent.
@@ -56,7 +58,7 @@ struct SilentDirection {
 }
 
 /// The cyclic frames of a capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct CyclicFlows {
     /// The frames that their receivers accept.
     pub accepted: AcceptedFrames,
@@ -217,7 +219,7 @@ fn counter(ar: &ObservedAr, id: ArId, direction: FrameDirection, flow: &CyclicFl
         FrameDirection::ToController => CaptureBlame::Device,
         FrameDirection::ToDevice => CaptureBlame::Controller,
     };
-    let frames = ar.stream(direction).frames;
+    let frames = ar.stream(direction).frames.saturating_sub(flow.frames_before);
     if flow.still.0 >= OFTEN && flow.still.0 * 2 > frames {
         let text = format!("the cycle counter of {who} stands still in {} of {frames} frames", flow.still.0);
         findings.add(CYCLE_COUNTER.finding(FindingSeverity::Warning, blame, flow.still.1, text).ar(id));
@@ -325,4 +327,32 @@ fn one_sided(ar: &ObservedAr, id: ArId, sight: &CaptureCoverage, findings: &mut 
     findings.add(
         ONE_SIDED.finding(FindingSeverity::Info, CaptureBlame::Capture, captured.first_frame.unwrap_or(1), text).ar(id),
     );
+}
+
+/// So many frames show whether a counter stands still.
+const COUNTED: u64 = 100;
+
+impl CyclicFlows {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>, ars: &[ObservedAr]) {
+        self.silences.retain(|silence| silence.now.frame > settled.reported && settled.keeps(silence.ar));
+        for (index, flows) in self.flows.iter_mut().enumerate() {
+            if !settled.keeps(ArId(index as u32)) {
+                *flows = <[CyclicFlow; 2]>::default();
+            }
+            let Some(ar) = ars.get(index) else { continue };
+            for direction in [FrameDirection::ToController, FrameDirection::ToDevice] {
+                let (flow, frames) = (&mut flows[direction as usize], ar.stream(direction).frames);
+                flow.gaps.forget(settled.reported);
+                if frames < flow.frames_before + COUNTED {
+                    continue;
+                }
+                // A counter that is wrong now is reported once it was wrong for a while.
+                let is_done = |(count, first): (u64, u64)| count == 0 || first <= settled.reported;
+                if is_done(flow.jumps) && is_done(flow.still) {
+                    (flow.jumps, flow.still, flow.frames_before) = ((0, 0), (0, 0), frames);
+                }
+            }
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Slave diagnoses: parameter and configuration faults, and diagnoses that stay pending, in words.
 
-use super::coverage::{CapturePosition, FindingList};
+use super::coverage::{CapturePosition, FindingList, SettledFrames};
 use super::slaves::on_bus;
 use super::table::{
     DP_CONFIGURATION_FAULT, DP_DIAGNOSIS, DP_NOT_SUPPORTED, DP_OTHER_MASTER, DP_PARAMETER_FAULT, ProtocolCheck,
@@ -16,7 +16,7 @@ use wire::profibus::diag::{DiagnosisBlock, SlaveDiag, Status1, Status2, Status3}
 const MOST_OCTETS: usize = 32;
 
 /// A diagnosis of one kind that a slave reported.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct PendingDiagnosis {
     count: u64,
     first: u64,
@@ -29,7 +29,7 @@ struct PendingDiagnosis {
 }
 
 /// The diagnoses of a capture by slave and kind.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct SlaveDiagnoses(BTreeMap<(u8, &'static str), PendingDiagnosis>);
 
 const KINDS: [(&ProtocolCheck, FindingSeverity, CaptureBlame, &str); 5] = [
@@ -123,4 +123,13 @@ fn words(diag: &SlaveDiag) -> String {
         });
     }
     words.join(", ")
+}
+
+impl SlaveDiagnoses {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        self.0.retain(|_, known| known.gone.is_none_or(|gone| gone > settled.reported));
+        let is_forgotten = |ar: Option<ArId>| ar.is_some_and(|ar| !settled.keeps(ar));
+        self.0.values_mut().filter(|known| is_forgotten(known.ar)).for_each(|known| known.ar = None);
+    }
 }

@@ -49,6 +49,12 @@ impl GapList {
         is_remembered && is_longest
     }
 
+    /// Forgets the gaps up to a frame.
+    pub fn forget(&mut self, reported: u64) {
+        self.gaps.retain(|gap| gap.to.frame > reported);
+        self.count = self.gaps.len() as u64;
+    }
+
     pub fn is_empty(&self) -> bool {
         self.gaps.is_empty()
     }

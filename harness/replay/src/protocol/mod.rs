@@ -29,6 +29,7 @@ mod topology;
 use super::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
 use super::report::StreamCoverage;
 pub(crate) use coverage::MORE_OF_A_CHECK;
+pub(super) use coverage::SettledFrames;
 use coverage::{CaptureCoverage, FindingList};
 use judge::observe::{DpTracker, Observation, ObservedAr, Tracker, Traffic};
 use station::Time;
@@ -43,7 +44,7 @@ fn is_alarm(payload: &[u8]) -> bool {
 }
 
 /// All protocol checks on one capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct ProtocolChecks {
     sight: CaptureCoverage,
     findings: FindingList,
@@ -142,6 +143,36 @@ impl ProtocolChecks {
     /// The frames since the last call that have a finding or may turn out to have one.
     pub fn news(&mut self) -> impl Iterator<Item = u64> {
         self.findings.noted_frames()
+    }
+
+    /// Time passes without a frame.
+    pub fn time(&mut self, now: Time) {
+        self.sight.now.time = self.sight.now.time.max(now);
+    }
+
+    /// The findings since the last call that do not wait for the end of the capture.
+    pub fn take_findings(&mut self) -> Vec<CaptureFinding> {
+        self.findings.take()
+    }
+
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>, tracker: &Tracker) {
+        self.start.forget(settled);
+        self.calls.forget(settled);
+        self.cyclic.forget(settled, tracker.ars());
+        self.status.forget(settled);
+        self.streams.forget(settled);
+        self.abort.forget(settled);
+        self.alarms.forget(settled);
+        self.stations.forget(settled);
+        self.topology.forget(settled);
+    }
+
+    /// The same for the slaves, whose connections have their own numbering.
+    pub fn forget_slaves(&mut self, settled: SettledFrames<'_>, slaves: &DpTracker) {
+        self.slaves.forget(settled);
+        self.diagnosis.forget(settled);
+        self.bus.forget(settled, slaves.counts().frames);
     }
 
     /// All findings, and what of the cyclic frames without a Connect was judged; the connections of slaves have their own numbering.

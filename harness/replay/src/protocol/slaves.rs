@@ -1,6 +1,6 @@
 //! PROFIBUS slaves: those that left the data exchange, fell silent, ran into their watchdog, do not answer, or have two masters.
 
-use super::coverage::{CapturePosition, FindingList};
+use super::coverage::{CapturePosition, FindingList, SettledFrames};
 use super::table::{
     DP_ADDRESS, DP_ADDRESS_IGNORED, DP_LEFT, DP_OTHER_MASTER, DP_REFUSED, DP_REPEATED, DP_SILENT, DP_UNANSWERED,
     DP_WATCHDOG,
@@ -58,7 +58,7 @@ struct PolledSlave {
 type RefusedService = (Option<ArId>, &'static str, String);
 
 /// The slaves of a capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct PolledSlaves {
     slaves: BTreeMap<u8, PolledSlave>,
     /// Number of frames lost or unreadable so far.
@@ -429,5 +429,24 @@ pub(super) fn on_bus(finding: CaptureFinding, ar: Option<ArId>) -> CaptureFindin
     match ar {
         Some(ar) => finding.ar(ar),
         None => finding,
+    }
+}
+
+impl PolledSlaves {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        let is_forgotten = |ar: Option<ArId>| ar.is_some_and(|ar| !settled.keeps(ar));
+        for slave in self.slaves.values_mut() {
+            let polls = &mut slave.polls;
+            // That it answers at all is remembered.
+            polls.answered = polls.answered.min(2);
+            if polls.first_again <= settled.reported && polls.first_unanswered <= settled.reported {
+                *polls = PollCounts { answered: polls.answered, open: polls.open, ..PollCounts::default() };
+            }
+            if is_forgotten(slave.ar) {
+                slave.ar = None;
+            }
+        }
+        self.refused.retain(|key, (.., last)| *last > settled.reported && !is_forgotten(key.0));
     }
 }

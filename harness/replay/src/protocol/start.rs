@@ -2,7 +2,7 @@
 
 use super::abort::is_deliberate;
 use super::advice::{advised, of_refusal};
-use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList, SettledFrames};
 use super::table::{START_AGAIN, START_INCOMPLETE, START_MODULES, START_ORDER, START_REFUSED, START_SLOW};
 use super::text::{of, sender, span, status, times};
 use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
@@ -74,7 +74,7 @@ impl StartUpStep {
     }
 }
 
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct OpenStartUp {
     asked: CapturePosition,
     steps: BTreeMap<u8, CapturePosition>,
@@ -143,7 +143,7 @@ fn pair(ar: &ObservedAr) -> DevicePair {
 }
 
 /// The start-ups of a capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct StartUpCheck {
     /// The start-ups that have not ended.
     known: BTreeMap<ArId, OpenStartUp>,
@@ -518,4 +518,16 @@ fn modules(now: CapturePosition, ars: &[ObservedAr], id: ArId, diff: &ModuleDiff
         places.join("; ")
     );
     findings.add(START_MODULES.finding(FindingSeverity::Warning, CaptureBlame::Controller, now.frame, text).ar(id));
+}
+
+impl StartUpCheck {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        self.known.retain(|ar, _| settled.keeps(*ar));
+        self.refused.retain(|_, refused| refused.last > settled.reported && settled.keeps(refused.id));
+        self.broken.retain(|_, (_, ar, frame)| *frame > settled.old && settled.keeps(*ar));
+        self.renewed.retain(|_, (_, ar, first, _)| *first > settled.old && settled.keeps(*ar));
+        self.pairs.retain(|_, ar| settled.keeps(*ar));
+        self.accepted.retain(|_, (ar, _)| settled.keeps(*ar));
+    }
 }

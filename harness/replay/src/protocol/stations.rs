@@ -1,6 +1,6 @@
 //! Names and addresses: duplicates, names that no station answers to, and stations that are set or reset while connected.
 
-use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList, SettledFrames};
 use super::table::{
     ADDRESS_DUPLICATE, DCP_REFUSED, DCP_UNANSWERED, NAME_DUPLICATE, NAME_INVALID, NAME_UNKNOWN, ONE_SIDED,
     RESET_RUNNING, SET_RUNNING,
@@ -28,7 +28,7 @@ const OFTEN: u64 = 2;
 const MOST: usize = 4_096;
 
 /// The stations that claim a name or an address: the last one and the one before.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct AddressClaim {
     last: (Mac, CapturePosition),
     before: Option<(Mac, CapturePosition)>,
@@ -36,7 +36,7 @@ struct AddressClaim {
 }
 
 /// A search for a name, and whether a station answered.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct NameSearch {
     first: CapturePosition,
     last: CapturePosition,
@@ -56,7 +56,7 @@ struct PendingDcpRequest {
 type DcpRefusals = (u64, u64, u64, String);
 
 /// The stations of a capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct StationCheck {
     names: FxHashMap<String, AddressClaim>,
     addresses: FxHashMap<Ipv4Addr, AddressClaim>,
@@ -365,4 +365,27 @@ fn claim<K: std::hash::Hash + Eq>(
     let new = (together || in_turns) && !claim.reported;
     claim.reported |= new;
     new.then_some((other.0, other.1.frame))
+}
+
+impl StationCheck {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        self.names.retain(|_, claim| claim.last.1.frame > settled.old);
+        self.addresses.retain(|_, claim| claim.last.1.frame > settled.old);
+        self.searches.retain(|_, search| search.last.frame > settled.reported);
+        let searches = &self.searches;
+        self.numbers.retain(|(source, _), name| searches.contains_key(&(*source, name.clone())));
+        self.asked.retain(|_, asked| asked.last.frame > settled.reported);
+        self.refused.retain(|_, (_, _, last, _)| *last > settled.reported);
+        // These name stations and grow with their number only; what is full is filled again.
+        if self.given.len() >= MOST {
+            self.given.clear();
+        }
+        if self.answered.len() >= MOST {
+            self.answered.clear();
+        }
+        if self.wrong.len() >= MOST {
+            self.wrong.clear();
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! The status next to the cyclic data: STOP, problem, invalid; bad IOPS and IOCS of submodules.
 
 use super::advice::{Advice, advised};
-use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList, SettledFrames};
 use super::table::{
     ODD_FRAME, ProtocolCheck, STATUS_BAD_CONSUMER, STATUS_BAD_PROVIDER, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP,
 };
@@ -88,7 +88,7 @@ struct StatusWatch {
 }
 
 /// The states of all connections.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct StatusChecks {
     watches: Vec<[Option<StatusWatch>; 2]>,
     spells: BTreeMap<(ArId, bool, BadStatus), StatusPeriods>,
@@ -365,5 +365,18 @@ impl BadStatuses {
             state.consumers |= u64::from(bad(consumer)) << place;
         }
         state
+    }
+}
+
+impl StatusChecks {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        let is_over = |spell: &StatusPeriods| spell.since.is_none() && spell.ended <= settled.reported;
+        self.spells.retain(|key, spell| settled.keeps(key.0) && !is_over(spell));
+        for ArId(index) in settled.forgotten {
+            if let Some(watches) = self.watches.get_mut(*index as usize) {
+                *watches = [None; 2];
+            }
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Neighbours by LLDP: ports that announce themselves, that stop, or that appear later.
 
-use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList, SettledFrames};
 use super::table::TOPOLOGY_CHANGED;
 use crate::finding::{CaptureBlame, FindingSeverity};
 use plain_text::escaped;
@@ -26,7 +26,7 @@ struct AnnouncedPort {
 /// The ports of a capture, by source MAC address and the identity in their announcements.
 ///
 /// Two stacks on one host may announce themselves from one address in turns.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Topology {
     ports: BTreeMap<(Mac, String), AnnouncedPort>,
     /// The time of the first LLDP frame of the capture.
@@ -127,5 +127,12 @@ impl Topology {
                 );
             }
         }
+    }
+}
+
+impl Topology {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        self.ports.retain(|_, port| port.last.frame > settled.old);
     }
 }

@@ -110,6 +110,11 @@ impl<W: Write> PcapngWriter<W> {
         self.end()
     }
 
+    /// The output so far.
+    pub fn output_mut(&mut self) -> &mut W {
+        &mut self.output
+    }
+
     /// Flushes the buffer and returns the output.
     pub fn finish(mut self) -> io::Result<W> {
         self.output.flush()?;

@@ -19,14 +19,21 @@ impl DpTracker {
     fn add(&mut self, station: u8, ar: ObservedAr) -> bool {
         let slave = &mut self.slaves[usize::from(station)];
         slave.ar = None;
-        if self.ars.len() >= MOST_CONNECTIONS {
-            return false;
-        }
-        slave.ar = Some(self.ars.len() as u32);
+        let index = match self.unused.pop() {
+            Some(index) => {
+                self.ars[index as usize] = ar;
+                index
+            }
+            None if self.ars.len() >= MOST_CONNECTIONS => return false,
+            None => {
+                self.ars.push(ar);
+                self.ars.len() as u32 - 1
+            }
+        };
+        slave.ar = Some(index);
         slave.lengths = None;
         slave.unanswered = 0;
         slave.gap = Duration::ZERO;
-        self.ars.push(ar);
         true
     }
 

@@ -7,7 +7,7 @@ mod identity;
 mod report;
 mod status_place;
 
-use super::coverage::{CaptureCoverage, CapturePosition, FindingList};
+use super::coverage::{CaptureCoverage, CapturePosition, FindingList, SettledFrames};
 use super::gaps::{FrameGap, GapList};
 use crate::report::StreamCoverage;
 use identity::StationIdentities;
@@ -28,7 +28,7 @@ const WATCHDOG: Duration = Duration::from_millis(1_920);
 type StreamName = (Mac, Mac, u16);
 
 /// The streams without a Connect.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct WatchedStreams {
     numbers: FxHashMap<StreamName, usize>,
     streams: Vec<WatchedStream>,
@@ -37,10 +37,12 @@ pub(super) struct WatchedStreams {
     identities: StationIdentities,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct WatchedStream {
     name: StreamName,
     frames: u64,
+    /// The frames before those whose counters are compared.
+    frames_before: u64,
     first: CapturePosition,
     last: CapturePosition,
     /// The longest time between two frames without a hole of the capture, and the frame after it.
@@ -56,7 +58,7 @@ struct WatchedStream {
 }
 
 /// How far a stream can be read.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum Reading {
     Sampling(Vec<SampledFrame>),
     Located(StatusPlace),
@@ -158,6 +160,7 @@ impl WatchedStream {
         WatchedStream {
             name,
             frames: 0,
+            frames_before: 0,
             first,
             last: first,
             longest: (Duration::ZERO, first.frame),
@@ -310,6 +313,33 @@ impl StreamStatus {
                 false
             }
             (false, None) => false,
+        }
+    }
+}
+
+impl WatchedStreams {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        self.calls.retain(|_, called| called.frame > settled.old);
+        self.streams.retain(|stream| stream.last.frame > settled.old);
+        self.numbers = self.streams.iter().enumerate().map(|(number, stream)| (stream.name, number)).collect();
+        for stream in &mut self.streams {
+            if stream.longest.1 <= settled.reported {
+                stream.longest = (Duration::ZERO, stream.last.frame);
+            }
+            let counter = &mut stream.counter;
+            counter.gaps.forget(settled.reported);
+            counter.missing = counter.gaps.missing();
+            let is_done = |(count, first): (u64, u64)| count == 0 || first <= settled.reported;
+            if is_done(counter.jumps) && is_done(counter.still) {
+                (counter.jumps, counter.still) = ((0, 0), (0, 0));
+                stream.frames_before = stream.frames;
+            }
+            for state in &mut stream.states {
+                if state.since.is_none() && state.ended <= settled.reported {
+                    *state = StreamStatus::default();
+                }
+            }
         }
     }
 }

@@ -152,7 +152,7 @@ fn severity(check: &ProtocolCheck, stream: &WatchedStream, watch: &StreamStatus)
 
 fn counter(stream: &WatchedStream, who: &StreamSender, findings: &mut FindingList) {
     let (still, jumps) = (stream.counter.still, stream.counter.jumps);
-    if still.0 >= OFTEN && still.0 * 2 > stream.frames {
+    if still.0 >= OFTEN && still.0 * 2 > stream.frames - stream.frames_before {
         let text = format!("the cycle counter of {} stands still in {} of {} frames", who.text, still.0, stream.frames);
         findings.add(CYCLE_COUNTER.finding(FindingSeverity::Warning, who.blame, still.1, text));
     }

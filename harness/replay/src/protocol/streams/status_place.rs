@@ -18,7 +18,7 @@ const RESERVED: u8 = 0b0100_1000;
 pub(super) const COUNTER_UNIT_NS: u64 = 31_250;
 
 /// A sampled frame: when it was captured, and its bytes after the FrameID.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct SampledFrame {
     pub at: CapturePosition,
     pub octets: Vec<u8>,
