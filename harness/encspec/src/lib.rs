@@ -13,6 +13,7 @@
 //! | [`engine`] | runs trials against a device under test | real wires, reports |
 //! | [`live`] | devices on real wires: preflight, stand, journal, served reference devices | how results are judged |
 //! | [`replay`] | captures: connections, events, broken rules, protocol checks | how trials are run |
+//! | [`watch`](mod@watch) | judges frames as they arrive, keeps the last ones on disk, counts | sockets and interfaces |
 //! | [`compare`] | compares a capture with another device, and finds the shortest case that shows a difference | the command line |
 //! | [`report`] | results as text and as HTML pages | suites, engines, files |
 //! | [`cli`] | the command line | how results are judged |
@@ -26,4 +27,6 @@ pub use live::lock;
 pub use report::page;
 pub use results::{bench_file, ledger, outcome as result, verdict};
 pub use virtual_wire::record;
-pub use {compare, description, engine, expression, judge, live, replay, report, results, suite, suite_yaml, suites};
+pub use {
+    compare, description, engine, expression, judge, live, replay, report, results, suite, suite_yaml, suites, watch,
+};

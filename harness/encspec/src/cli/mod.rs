@@ -40,6 +40,7 @@ mod suite_folders;
 mod variations;
 mod vendor_file;
 mod verify;
+mod watch;
 
 use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
 use report::ExitStatus;
@@ -112,6 +113,8 @@ enum CliCommand {
     Schema,
     /// Check captures against the rules and the protocol, and report what went wrong
     Replay(ReplayArgs),
+    /// Watch a network or bus for weeks without sending a frame: findings, the frames around them, and counts
+    Watch(watch::WatchArgs),
     /// Print a capture frame by frame
     Dissect(DissectArgs),
     /// Record a capture from a serial line or a network interface, or convert a hex log to one
@@ -360,6 +363,7 @@ pub fn main() -> ExitCode {
             Ok(ExitStatus::Green)
         }
         CliCommand::Replay(args) => replay::replay(&args),
+        CliCommand::Watch(args) => watch::watch(&args),
         CliCommand::Dissect(args) => replay::dissect(&args),
         CliCommand::Record(args) => record::record(&args),
         CliCommand::Gsd(args) => gsd::gsd(&args),

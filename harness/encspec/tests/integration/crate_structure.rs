@@ -32,6 +32,7 @@ const ORDER: &[&str] = &[
     "harness/engine",
     "harness/report",
     "harness/replay",
+    "harness/watch",
     "harness/compare",
     "harness/explore",
     "harness/live",
