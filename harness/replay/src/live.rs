@@ -94,7 +94,7 @@ struct LiveVisitor<'v, 'a, 's> {
 impl CaptureVisitor for LiveVisitor<'_, '_, '_> {
     fn begin(&mut self, bus: Bus, next: &OrderedFrame<'_>) {
         self.checks.contexts.keep(bus, next.number, next.time, next.octets);
-        self.checks.protocol.begin(bus, next.number, next.time, next.octets);
+        self.checks.protocol.begin(bus, next.number, next.time, next.octets, next.cut.is_some());
     }
 
     #[inline]

@@ -1,7 +1,7 @@
 //! Which cyclic frames a receiver accepts: right length and addresses (the tracker sees to that), TransferStatus 0, valid data, and a
 //! cycle counter that advances by 1 to 61440 (IEC 61158-6-10, consumer protocol machine).
 
-use super::coverage::CapturePosition;
+use super::coverage::{CapturePosition, SettledFrames};
 use judge::observe::{ArId, FrameDirection};
 use station::Duration;
 use wire::profinet::rt::ApduStatus;
@@ -22,7 +22,7 @@ struct AcceptedDirection {
 }
 
 /// The accepted frames of all connections.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct AcceptedFrames {
     directions: Vec<[AcceptedDirection; 2]>,
 }
@@ -36,6 +36,15 @@ impl AcceptedFrames {
             self.directions.resize(index + 1, <[AcceptedDirection; 2]>::default());
         }
         self.directions[index][direction as usize].take(now, status);
+    }
+
+    /// Forgets the frames of connections whose ids later ones may get.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        for (index, directions) in self.directions.iter_mut().enumerate() {
+            if !settled.keeps(ArId(index as u32)) {
+                *directions = <[AcceptedDirection; 2]>::default();
+            }
+        }
     }
 
     fn of(&self, ArId(index): ArId, direction: FrameDirection) -> Option<&AcceptedDirection> {

@@ -1,7 +1,7 @@
 //! Answers that are empty, cannot be read, or do not fit their request: on PROFINET those to calls and DCP, on PROFIBUS those to polls.
 
 use super::advice::{Advice, advised};
-use super::coverage::{CapturePosition, FindingList};
+use super::coverage::{CapturePosition, FindingList, SettledFrames};
 use super::slaves::on_bus;
 use super::table::{ANSWER_MALFORMED, DP_FIXED_BIT, DP_INPUT_LENGTH, DP_WRONG_ANSWER, ProtocolCheck};
 use super::text::times;
@@ -42,7 +42,7 @@ enum SlaveFault {
 }
 
 /// The wrong answers of a capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct AnswerCheck {
     /// Whether the capture kept only a part of the current frame, whose end is then missing and not malformed.
     is_cut: bool,
@@ -53,6 +53,16 @@ pub(super) struct AnswerCheck {
 }
 
 impl AnswerCheck {
+    /// Forgets what a watch that never ends has reported.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        self.calls.retain(|_, fault| fault.last > settled.reported);
+    }
+
+    /// The same for the slaves.
+    pub fn forget_slaves(&mut self, settled: SettledFrames<'_>) {
+        self.slaves.retain(|_, (fault, _)| fault.last > settled.reported);
+    }
+
     /// A frame begins.
     #[inline]
     pub fn begin(&mut self, is_cut: bool) {

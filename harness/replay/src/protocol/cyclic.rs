@@ -335,7 +335,12 @@ const COUNTED: u64 = 100;
 impl CyclicFlows {
     /// Forgets what a watch that never ends need not remember.
     pub fn forget(&mut self, settled: SettledFrames<'_>, ars: &[ObservedAr]) {
+        self.accepted.forget(settled);
+        let name = |silence: &SilentDirection| (silence.ar, silence.now.frame);
+        let open: Vec<(ArId, u64)> = self.open.iter().filter_map(|at| self.silences.get(*at)).map(name).collect();
         self.silences.retain(|silence| silence.now.frame > settled.reported && settled.keeps(silence.ar));
+        let kept = self.silences.iter().enumerate();
+        self.open = kept.filter(|(_, silence)| open.contains(&name(silence))).map(|(at, _)| at).collect();
         for (index, flows) in self.flows.iter_mut().enumerate() {
             if !settled.keeps(ArId(index as u32)) {
                 *flows = <[CyclicFlow; 2]>::default();

@@ -166,12 +166,15 @@ impl ProtocolChecks {
         self.alarms.forget(settled);
         self.stations.forget(settled);
         self.topology.forget(settled);
+        self.surroundings.forget(settled);
+        self.answers.forget(settled);
     }
 
     /// The same for the slaves, whose connections have their own numbering.
     pub fn forget_slaves(&mut self, settled: SettledFrames<'_>, slaves: &DpTracker) {
         self.slaves.forget(settled);
         self.diagnosis.forget(settled);
+        self.answers.forget_slaves(settled);
         self.bus.forget(settled, slaves.counts().frames);
     }
 

@@ -1,6 +1,6 @@
 //! What others do on the network around a connection: forged and duplicate addresses, and floods of frames.
 
-use super::coverage::{CapturePosition, FindingList};
+use super::coverage::{CapturePosition, FindingList, SettledFrames};
 use super::table::{ADDRESS_FORGED, FLOOD};
 use super::text::{span, times};
 use crate::finding::{CaptureBlame, FindingSeverity};
@@ -46,7 +46,7 @@ struct FloodingStation {
 }
 
 /// The disturbances of a capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Surroundings {
     events: VecDeque<SuspectEvent>,
     /// The frames of the current second by source: all, and those to group addresses.
@@ -60,6 +60,14 @@ pub(super) struct Surroundings {
 }
 
 impl Surroundings {
+    /// Forgets what a watch that never ends need not remember.
+    pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        self.events.retain(|event| event.when.frame > settled.old);
+        self.floods.retain(|_, flood| flood.first > settled.reported);
+        self.forged.retain(|_, (.., last)| *last > settled.reported);
+        self.to_itself.retain(|_, (.., last)| *last > settled.reported);
+    }
+
     /// Takes in a frame that is no cyclic one.
     pub fn frame(&mut self, now: CapturePosition, header: &FrameHeader, findings: &mut FindingList) {
         if now.time.since(self.second) >= Duration::from_secs(1) || now.time < self.second {

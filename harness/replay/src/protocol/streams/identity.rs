@@ -20,7 +20,7 @@ pub(super) struct AnnouncedIdentity {
 }
 
 /// The stations of a capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct StationIdentities(FxHashMap<Mac, AnnouncedIdentity>);
 
 impl StationIdentities {
