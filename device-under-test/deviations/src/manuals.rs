@@ -14,6 +14,7 @@ static SUBJECTS: &[Subject] = &[
     Subject { manual: &manuals::PROFINET_IO },
     Subject { manual: &manuals::DP_SLAVE },
     Subject { manual: &manuals::DP_ENCODER },
+    Subject { manual: &manuals::PROFIDRIVE_ENCODER },
 ];
 
 /// Returns every manual that has a reference device.

@@ -4,7 +4,8 @@
 
 use crate::manual::{DeviceManual, ManualBus, Profibus, Profinet, encoder};
 use crate::models::{
-    datalogic_amt58, generic_encoder, generic_io, generic_slave, kuebler_sendix58xx, lika_xac77, sick_a3m60, sick_afx60,
+    datalogic_amt58, generic_dp_encoder, generic_io, generic_profidrive_encoder, generic_slave, kuebler_sendix58xx,
+    lika_xac77, sick_a3m60, sick_afx60,
 };
 use alloc::boxed::Box;
 use device_stack::profinet::StationData;
@@ -21,6 +22,7 @@ pub static MANUALS: &[&DeviceManual] = &[
     &PROFINET_IO,
     &DP_SLAVE,
     &DP_ENCODER,
+    &PROFIDRIVE_ENCODER,
 ];
 
 /// Lika XAC77.
@@ -127,6 +129,22 @@ pub static PROFINET_IO: DeviceManual = DeviceManual {
     }),
 };
 
+/// A generic encoder of the encoder profile on PROFINET, which follows no manual.
+pub static PROFIDRIVE_ENCODER: DeviceManual = DeviceManual {
+    name: "profidrive-encoder",
+    title: "Any PROFIdrive encoder on PROFINET",
+    variants: &[generic_profidrive_encoder::FACTS.variants[0].name],
+    facts: Some(&generic_profidrive_encoder::FACTS),
+    bus: ManualBus::Profinet(Profinet {
+        oui: None,
+        factory_station: |_| StationData::default(),
+        build: |variant, deviations, piece| {
+            let model = generic_profidrive_encoder::GenericEncoder { mac: piece.mac };
+            encoder(&generic_profidrive_encoder::FACTS, model, variant, deviations, piece)
+        },
+    }),
+};
+
 /// A generic DP slave, which follows no manual.
 pub static DP_SLAVE: DeviceManual = DeviceManual {
     name: "dp-slave",
@@ -155,7 +173,7 @@ pub static DP_ENCODER: DeviceManual = DeviceManual {
         factory_address: generic_slave::ADDRESS,
         build: |variant, deviations, shaft, line| {
             let encoder =
-                generic_encoder::new(deviations.encoder.clone(), deviations.amt58.clone(), shaft, line.address);
+                generic_dp_encoder::new(deviations.encoder.clone(), deviations.amt58.clone(), shaft, line.address);
             DP_ENCODER
                 .variants
                 .contains(&variant)

@@ -40,9 +40,9 @@ pub fn described(manual: &Manual, dut: &DutSpec) -> Option<Manual> {
     Some(Manual { device: Arc::new(device), requirements, bugs, variants: Vec::new(), unused: Vec::new() })
 }
 
-/// Whether neither the manual nor a description says what a value is, so that it may be another one.
+/// Whether the manual does not say what a value is, so that it may be another one.
 fn is_free(origin: Origin) -> bool {
-    origin == Origin::Invented
+    origin != Origin::Manual
 }
 
 /// Changes the idents that are free in `before`; several masks may change them, one after the other.

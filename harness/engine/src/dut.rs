@@ -105,10 +105,12 @@ pub enum DutKind {
         /// Names of bugs and permitted variations.
         deviations: Vec<String>,
     },
-    /// A reference device that is not built in, with these deviations.
+    /// A reference device that is not that of the manual, with these deviations.
     External {
         /// Its manual and how it is built.
         model: &'static Subject,
+        /// Its variant, if the manual calls it otherwise.
+        variant: Option<String>,
         /// Names of bugs and permitted variations.
         deviations: Vec<String>,
     },
@@ -132,6 +134,9 @@ pub struct DutSpec {
 impl fmt::Display for DutSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kind {
+            DutKind::External { model, variant: Some(variant), .. } => {
+                write!(f, "model:{}/{variant}", model.manual.name)
+            }
             DutKind::Model { .. } | DutKind::External { .. } => write!(f, "model:{}/{}", self.manual, self.variant),
             DutKind::Null(null) => write!(f, "null:{null}"),
             DutKind::Live(device) => match &device.0.bench().path {
@@ -174,12 +179,21 @@ impl DutSpec {
         }
     }
 
+    /// The variant of the reference device.
+    fn model_variant(&self) -> &str {
+        match &self.kind {
+            DutKind::External { variant: Some(variant), .. } => variant,
+            _ => &self.variant,
+        }
+    }
+
     /// The addresses of the device and of the harness's stations.
     pub fn environment(&self) -> TrialEnvironment {
         if let DutKind::Live(device) = &self.kind {
             return device.0.environment().clone();
         }
         TrialEnvironment {
+            is_other_model: matches!(self.kind, DutKind::External { .. }),
             name: STATION_NAME.to_owned(),
             mac: None,
             ip: IpParameter { address: DEVICE.1, mask: MASK, gateway: Ipv4Addr::UNSPECIFIED },
@@ -208,7 +222,10 @@ impl DutSpec {
             let build = if is_named { Subject::build } else { Subject::build_in_factory_state };
             let setup =
                 Setup { mac, bugs: &bugs, line: Line { address: line.station, baud: line.baud }, ..setup(shaft) };
-            subject.clone().and_then(|subject| build(subject, &self.variant, &setup)).map_err(|error| error.to_string())
+            subject
+                .clone()
+                .and_then(|subject| build(subject, self.model_variant(), &setup))
+                .map_err(|error| error.to_string())
         };
         let model = |bugs: &'a [String]| -> Result<ModelOnStand<'a>, String> {
             let delivered = built.clone();

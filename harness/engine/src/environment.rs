@@ -13,6 +13,8 @@ use wire::profinet::dcp::block::IpParameter;
 /// The bench of a trial: the addresses of the device and of the harness's controllers or masters.
 #[derive(Clone, Debug)]
 pub struct TrialEnvironment {
+    /// Whether the device is a reference device that is not that of the manual, so that its stand may lack what the manual has.
+    pub is_other_model: bool,
     /// The station name that the bench gives the device.
     pub name: String,
     /// The MAC address, if the bench knows it.

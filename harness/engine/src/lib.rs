@@ -41,7 +41,9 @@ pub use described::described;
 pub use dut::{DutKind, DutSpec, NullPeer};
 pub use environment::{DpLine, TrialEnvironment};
 pub use live::{DeviceBackup, LiveDevice, RestoreOutcome, SharedLiveDevice, TrialExclusion, VirtualStart};
-pub use live_run::{identify_live_variant, note_restored, restore_device, variant_readings, with_restored_device};
+pub use live_run::{
+    identify_live_variant, note_restored, restore_device, sensor_format, variant_readings, with_restored_device,
+};
 pub use one_trial::{dp_line, run_trial, run_trial_on};
 pub use options::{FailFast, RunOptions, RunProgress, STALL_REPEATS, TrialPart};
 pub use outcome::{BenchError, Disturbance, Stall, TrialOutcome, TrialRuleResult};

@@ -29,7 +29,9 @@ pub(super) fn likely_reading(
     let fails = |varied: &[&Deviation]| {
         let deviations = dut.bugs().into_iter().chain(varied.iter().map(|known| known.name.to_owned())).collect();
         let kind = match &dut.kind {
-            DutKind::External { model, .. } => DutKind::External { model, deviations },
+            DutKind::External { model, variant, .. } => {
+                DutKind::External { model, variant: variant.clone(), deviations }
+            }
             DutKind::Model { .. } | DutKind::Null(_) | DutKind::Live(_) => DutKind::Model { deviations },
         };
         let dut = DutSpec { kind, ..dut.clone() };

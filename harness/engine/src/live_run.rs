@@ -10,6 +10,7 @@ use super::requirements::level;
 use super::scan::check_covers;
 use super::trial::RunningTrial;
 use super::trial::probe::ProbedDevice;
+use description::gsdml::SensorFormat;
 use description::variant::{VariantReading, candidates, refuted_claim};
 use results::journal::{InitialDevice, JournalEntry};
 use results::outcome::{CaseKind, CaseResult, Covered, DecisionCounts, DeviceFinding, FindingSeverity};
@@ -153,6 +154,19 @@ pub fn variant_readings(
     dut: &DutSpec,
 ) -> Result<Vec<VariantReading>, BenchError> {
     with_run(manual, variant, dut, |run| run.variant_readings()).map_err(BenchError)
+}
+
+/// What a device says in P979 of its sensor, read in a connection of its own; `None` if it does not say it.
+///
+/// # Errors
+///
+/// There is no such device, or the manual has no case.
+pub fn sensor_format(
+    manual: &Manual,
+    variant: &SuiteVariant,
+    dut: &DutSpec,
+) -> Result<Option<SensorFormat>, BenchError> {
+    with_run(manual, variant, dut, |run| run.sensor_format()).map_err(BenchError)
 }
 
 /// Does `work` with a device under test outside of any trial.

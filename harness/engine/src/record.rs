@@ -13,7 +13,7 @@ pub fn octets(record: &DeviceRecord, values: impl Iterator<Item = (usize, i128)>
 
 /// Writes a number into a field of a record.
 pub fn put(record: &DeviceRecord, field: usize, value: i128, octets: &mut [u8]) {
-    let Some(field) = record.fields.get(field) else { return };
+    let Some(field) = record.fields.get(field).filter(|field| field.absent.is_none()) else { return };
     let Some(place) = octets.get_mut(field.octet..field.octet + field.octets) else { return };
     let old = place.iter().fold(0u128, |number, &octet| (number << 8) | u128::from(octet));
     let (low, width) = field.bits.unwrap_or((0, field.octets as u32 * 8));

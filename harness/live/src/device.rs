@@ -92,6 +92,7 @@ impl BenchState {
 fn place(bench: &BenchFile) -> TrialEnvironment {
     let seed = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
     TrialEnvironment {
+        is_other_model: false,
         name: String::new(),
         mac: None,
         ip: IpParameter::NONE,
@@ -189,6 +190,13 @@ impl DeviceOnBench {
             state,
             calls,
         }))
+    }
+
+    /// Takes another description of the same device for its suite, while nothing else uses the bench.
+    pub fn replace_manual(&mut self, manual: Manual) {
+        if let Some(inner) = Arc::get_mut(&mut self.0) {
+            inner.manual = manual;
+        }
     }
 
     /// Locks the state of the bench, for one trial.

@@ -4,7 +4,9 @@ use super::device_yaml::{self, Described};
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::keys::Keyed;
 use super::lists::{self, AllBugs};
-use super::source::{ANY_DEVICE, ANY_SLAVE, BUGS, COMMON, Files, REQUIREMENTS, Sources, is_list_of_bugs, is_part};
+use super::source::{
+    ANY_DEVICE, ANY_ENCODER, ANY_SLAVE, BUGS, COMMON, Files, REQUIREMENTS, Sources, is_list_of_bugs, is_part,
+};
 use super::step::{LoadContext, Procedure};
 use super::taken;
 use super::topic_keys::{common_suite, procedure, procedures};
@@ -56,7 +58,7 @@ impl Base {
             let suite = open(COMMON, &name).and_then(|node| mistakes.keep(common_suite(node, &name)));
             common.extend(suite.map(|node| (name, node)));
         }
-        let is_described = sources.is_described && [ANY_DEVICE, ANY_SLAVE].contains(&folder);
+        let is_described = sources.is_described && [ANY_DEVICE, ANY_SLAVE, ANY_ENCODER].contains(&folder);
         if is_described && folder == ANY_DEVICE && device.get("bus").and_then(Node::scalar) == Some("profibus") {
             let mistake = device.key("bus").wrong("without a manual only devices on PROFINET are tested");
             mistakes.note(mistake.help("write a suite for the slave from its GSD: `encspec suite init --gsd FILE`"));

@@ -46,5 +46,5 @@ pub use error::{LoadError, LoadErrors};
 pub use load::{Checker, load, load_some};
 pub use masks::MaskList;
 pub use schema::schema;
-pub use source::{ANY_DEVICE, ANY_DP_ENCODER, ANY_SLAVE, AddedSuites, BenchTimes, Sources};
+pub use source::{ANY_DEVICE, ANY_DP_ENCODER, ANY_ENCODER, ANY_SLAVE, AddedSuites, BenchTimes, Sources};
 pub use yaml::read_file;

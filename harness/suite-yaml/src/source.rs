@@ -23,6 +23,9 @@ pub const ANY_SLAVE: &str = "dp-slave";
 /// The folder of the suite for any DP encoder, which joins that for any slave where a GSD describes an encoder.
 pub const ANY_DP_ENCODER: &str = "dp-encoder";
 
+/// The folder of the suite for any encoder of the PROFIdrive encoder profile, of whose `device.yaml` a GSDML replaces sections.
+pub const ANY_ENCODER: &str = "profidrive-encoder";
+
 /// The list of a manual's requirements: this file, or several whose names begin so.
 pub(super) const REQUIREMENTS: &str = "requirements";
 /// The list of the deliberate bugs: this file, or several whose names begin so.
@@ -238,7 +241,7 @@ impl Sources {
     }
 
     /// The same suites for the device that `text` describes, the text of `file`: it replaces the `device.yaml` of the folder
-    /// `any`, which is [`ANY_DEVICE`] or [`ANY_SLAVE`].
+    /// `any`, which is [`ANY_DEVICE`], [`ANY_SLAVE`] or [`ANY_ENCODER`].
     #[must_use]
     pub fn described(mut self, any: &str, file: &Path, text: impl Into<String>) -> Sources {
         let path = format!("{any}/device.yaml");

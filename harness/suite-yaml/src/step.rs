@@ -153,8 +153,18 @@ impl<'f, 'm> StepContext<'f, 'm> {
             Some(by) => return Err(by.wrong("`as` is `second` or left out")),
         };
         let verb = self.to(keyed).and_then(|to| self.verb(*verb, keyed, RequestSender { second, to }));
+        let otherwise = keyed.get(&expect_step::otherwise).map(|node| node.text("a reason").map(str::to_owned));
+        let otherwise = otherwise.transpose();
         let (((covers, apart), about), verb) = both(judged, verb)?;
-        Ok(TrialStep { at: self.ground.location(node), text: shown(node), covers, apart, about, verb })
+        Ok(TrialStep {
+            at: self.ground.location(node),
+            text: shown(node),
+            covers,
+            apart,
+            about,
+            otherwise: otherwise?,
+            verb,
+        })
     }
 
     /// The requirements of a check, in all and for each name that has its own: `covers` is a list, or a mapping of names of the check.

@@ -94,7 +94,8 @@ key_set! {
         to may Scalar, "The addressed station where it is not the device (PROFIBUS).";
         covers may CoversApart, "The requirements that this step covers by itself; a mapping gives each name its own.";
         about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
-    } [NotBoth(&covers, &about)]
+        otherwise may Text, "Why the trial is not applicable where this does not hold: for what a device may lack.";
+    } [NotBoth(&covers, &about), NotBoth(&covers, &otherwise), NotBoth(&about, &otherwise)]
 }
 
 key_set! {
@@ -117,7 +118,8 @@ key_set! {
         until may Checks, "It then stays true up to the first sample at which this is true.";
         covers may CoversApart, "The requirements that this step covers by itself; a mapping gives each name its own.";
         about may Covers, "The requirements that a failure of this step is about; it ends the case, and nothing else is judged.";
-    } [NotBoth(&r#for, &until), NotBoth(&covers, &about)]
+        otherwise may Text, "Why the trial is not applicable where this does not hold: for what a device may lack.";
+    } [NotBoth(&r#for, &until), NotBoth(&covers, &about), NotBoth(&covers, &otherwise), NotBoth(&about, &otherwise)]
 }
 
 key_set! {

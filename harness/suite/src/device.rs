@@ -330,6 +330,8 @@ pub struct DeviceModule {
     pub ident_origin: Origin,
     /// Its submodules (indices into `submodules`), without those of the device access point.
     pub submodules: Vec<usize>,
+    /// Why the device does not have it, from its GSDML.
+    pub absent: Option<String>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -391,6 +393,10 @@ pub struct RecordField {
     pub called: Vec<String>,
     /// Source of the layout.
     pub origin: Origin,
+    /// Why the record does not have it, from a GSDML; then it is not written.
+    pub absent: Option<String>,
+    /// Lowest and highest value that an engineering tool lets users set, from a GSDML.
+    pub settable: Option<(i128, i128)>,
 }
 
 /// A parameter of the base mode parameter access.
@@ -405,6 +411,8 @@ pub struct DeviceParameter {
     pub default: Option<Vec<i128>>,
     /// Whether a write is stored in non-volatile memory.
     pub permanent: bool,
+    /// Whether a device may lack it: then it refuses it as unknown, and does not list it in P980.
+    pub optional: bool,
     /// Source of the value.
     pub origin: Origin,
     /// Names and subindices of its elements; empty if it is not an array.

@@ -1,5 +1,6 @@
 //! The telegrams of the encoder profile: their signals and the encoding of signals.
 
+use super::preset_trigger::TRIGGER;
 use super::sensor::SensorRequest;
 use crate::encoder::{Hardware, MeasuringSettings, Scaling};
 use alloc::vec::Vec;
@@ -42,6 +43,8 @@ pub enum OutputWord {
     G1Stw,
     /// A preset value with its trigger, 32 bits.
     Preset,
+    /// The same in 64 bits: bit 63 is the trigger.
+    LongPreset,
     /// A second G1_STW, 16 bits, in a separate submodule. It is ignored.
     SeparateG1Stw,
     /// Four bytes without a function.
@@ -54,6 +57,7 @@ impl OutputWord {
         match self {
             OutputWord::Stw2Enc | OutputWord::G1Stw | OutputWord::SeparateG1Stw => 2,
             OutputWord::Preset | OutputWord::Unused => 4,
+            OutputWord::LongPreset => 8,
         }
     }
 }
@@ -113,11 +117,13 @@ impl OutputValues {
         for control in telegram.outputs {
             let (word, remaining) = rest.split_at(control.octets());
             rest = remaining;
-            let number = word.iter().fold(0, |number, octet| number << 8 | u32::from(*octet));
+            let long = word.iter().fold(0, |number, octet| number << 8 | u64::from(*octet));
+            let number = long as u32;
             match control {
                 Stw2Enc => arrived.words.get_or_insert_default()[0] = number as u16,
                 G1Stw => arrived.words.get_or_insert_default()[1] = number as u16,
                 OutputWord::Preset => arrived.preset = Some(number),
+                OutputWord::LongPreset => arrived.preset = Some((long >> 32) as u32 & TRIGGER | number & !TRIGGER),
                 OutputWord::SeparateG1Stw => arrived.separate = Some(number as u16),
                 OutputWord::Unused => arrived.unused = Some(number),
             }
@@ -130,7 +136,7 @@ impl OutputValues {
         for control in telegram.outputs {
             match control {
                 Stw2Enc | G1Stw => self.words = arrived.words,
-                OutputWord::Preset => self.preset = arrived.preset,
+                OutputWord::Preset | OutputWord::LongPreset => self.preset = arrived.preset,
                 OutputWord::SeparateG1Stw => self.separate = arrived.separate,
                 OutputWord::Unused => self.unused = arrived.unused,
             }

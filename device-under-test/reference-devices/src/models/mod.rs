@@ -4,8 +4,9 @@
 //! Parts shared by the models of one vendor are in a separate folder.
 
 pub mod datalogic_amt58;
-pub mod generic_encoder;
+pub mod generic_dp_encoder;
 pub mod generic_io;
+pub mod generic_profidrive_encoder;
 pub mod generic_slave;
 pub mod kuebler_sendix58xx;
 pub mod lika_xac77;

@@ -8,6 +8,8 @@
 
 mod compare;
 mod data;
+mod describe;
+mod encoder_record;
 mod identity;
 mod matching;
 mod model;
@@ -22,6 +24,7 @@ mod variant;
 mod xml;
 
 pub use compare::compare;
+pub use describe::{DescribeEncoderError, DescribedEncoder, SensorFormat, describe};
 pub use identity::{AcceptedSubmodule, PluggedSubmodule, ReportedIdentity, ReportedIdentityError};
 pub use model::{
     AccessPoint, Bits, DataItem, DataType, Gsdml, GsdmlModule, GsdmlRecord, GsdmlSubmodule, ItemAccess, ModuleInfo,

@@ -1,10 +1,11 @@
 //! Opens the live devices that the command line names.
 
+use super::encoder::GsdmlEncoder;
 use super::{CommandError, Suites, print_message};
 use ::live::application::{ApplicationOnBench, PreparedApplication};
 use ::live::device::{ComparedDevice, DeviceOnBench};
 use description::gsd::{self, DescribedSlave};
-use description::gsdml::{self, Gsdml, ReportedIdentity};
+use description::gsdml::{self, Gsdml, ReportedIdentity, SensorFormat};
 use description::variant::{profibus_readings, profinet_readings};
 use engine::{DpLine, DutKind, DutSpec, LiveDevice, SharedLiveDevice};
 use expression::Value;
@@ -23,7 +24,7 @@ use std::time::Duration;
 use suite::device::{DeviceDescription, Origin};
 use suite::model::Manual;
 use suite::persona::Persona;
-use suite_yaml::{ANY_DP_ENCODER, BenchTimes, load};
+use suite_yaml::{ANY_DP_ENCODER, ANY_ENCODER, BenchTimes, load};
 
 /// A live device as named on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,6 +42,11 @@ impl LiveTarget {
             LiveTarget::Link(link, claim) => Ok(BenchFile::bare(link.clone(), claim.clone())),
             LiveTarget::File(path) => {
                 let mut bench = bench_file::read_alone(path)?;
+                if let Some(encoder) = GsdmlEncoder::of_bench(&bench)? {
+                    ANY_ENCODER.clone_into(&mut bench.claim.manual);
+                    bench.telegrams.get_or_insert(encoder.telegrams()?);
+                    return Ok(bench);
+                }
                 if ![ANY_DEVICE, ANY_SLAVE].contains(&bench.claim.manual.as_str()) {
                     return Ok(bench_file::read(path, manuals)?);
                 }
@@ -124,6 +130,7 @@ pub fn open_for(
     persona: Option<Arc<Persona>>,
 ) -> Result<DutSpec, CommandError> {
     let mut manual = manual(&bench, suites)?;
+    let unshifted = GsdmlEncoder::of_bench(&bench)?.is_some().then(|| bench.clone());
     if bench.link.bus().is_some_and(|bus| bus != manual.device.bus.kind()) {
         let name = &manual.device.name;
         return Err(CommandError::usage(match manual.device.profibus() {
@@ -146,10 +153,23 @@ pub fn open_for(
         let kind = DutKind::Live(SharedLiveDevice(Arc::new(device)));
         return Ok(DutSpec { manual: name, variant: claimed, kind });
     }
-    let live = match manual.device.profibus() {
+    let mut live = match manual.device.profibus() {
         None => prepare_profinet_device(purpose, port, bench, manual, variant, long, persona)?,
         Some(_) => prepare_profibus_slave(purpose, bench, manual, variant, long)?,
     };
+    if let Some(bench) = unshifted {
+        let dut = DutSpec {
+            manual: name.clone(),
+            variant: claimed.clone(),
+            kind: DutKind::Live(SharedLiveDevice(Arc::new(live.clone()))),
+        };
+        let known = live.manual().variants.first();
+        let format = known.and_then(|variant| engine::sensor_format(live.manual(), variant, &dut).ok()?);
+        drop(dut);
+        if let Some(format) = format {
+            live.replace_manual(manual_with_format(&bench, suites, format)?);
+        }
+    }
     if let Some(why) = live.passive() {
         print_message(&format!("only cases that read are run: {why}"));
     }
@@ -278,6 +298,11 @@ fn query_stand_abilities(bench: &BenchFile, offers: &mut Option<Vec<String>>) ->
 
 /// Loads the suite that the device claims to implement, with the times of the bench.
 pub(super) fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, CommandError> {
+    manual_with_format(bench, suites, SensorFormat::default())
+}
+
+/// The same for an encoder without a manual whose P979 says this.
+fn manual_with_format(bench: &BenchFile, suites: &Suites, format: SensorFormat) -> Result<Manual, CommandError> {
     let boot_time = bench.boot_time.map(|time| ("power_up".to_owned(), Value::nanos(time.as_nanos() as i128)));
     let times = BenchTimes {
         cycle: bench.cycle,
@@ -297,6 +322,8 @@ pub(super) fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, Comma
         if slave.is_encoder {
             sources = sources.joined(ANY_SLAVE, ANY_DP_ENCODER);
         }
+    } else if let Some(encoder) = GsdmlEncoder::of_bench(bench)? {
+        sources = encoder.sources(sources, format)?;
     }
     let mut manuals = load(&sources, Some(&bench.claim.manual))?;
     manuals.pop().ok_or_else(|| CommandError::usage(format!("there is no suite for {}", bench.claim.manual)))

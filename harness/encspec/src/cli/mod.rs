@@ -14,6 +14,7 @@ mod diff;
 mod discover;
 mod doctor;
 pub mod dut;
+pub mod encoder;
 mod errata;
 mod explain;
 mod explore;

@@ -1,6 +1,7 @@
 //! `encspec run`: runs cases and rules, writes reports, and decides the exit status.
 
-use super::dut::devices;
+use super::dut::{Devices, devices};
+use super::encoder::GsdmlEncoder;
 use super::filter::{FilterArgs, LAST_RUN, last_run};
 use super::hash::{sha256_of_file, sha256_of_suite};
 use super::reports::{
@@ -42,6 +43,9 @@ pub struct RunArgs {
     /// Manual and variant that the device under test claims to be, where --dut does not name them
     #[arg(long, value_name = "MANUAL[/VARIANT]")]
     device: Option<String>,
+    /// With --device none: the GSDML that describes a reference device in place of its manual
+    #[arg(long, value_name = "FILE")]
+    gsdml: Option<PathBuf>,
     /// Enable a bug of the reference device; may be repeated; `encspec bugs` lists them
     #[arg(long, value_name = "NAME")]
     bug: Vec<String>,
@@ -178,6 +182,8 @@ pub struct RunRequest {
     pub fail_on_not_applicable: bool,
     /// `--suites`.
     pub suites: Suites,
+    /// A reference device that is tested by its GSDML alone; it takes the place of the devices that the other options name.
+    pub described: Option<DutSpec>,
 }
 
 /// A checked request whose live devices are locked and open.
@@ -194,7 +200,7 @@ pub struct PreparedRun {
 impl RunRequest {
     /// Checks the request, then locks and opens the live devices. No case has run when this fails.
     pub fn ready(&self, manuals: &[Manual]) -> Result<PreparedRun, CommandError> {
-        for bug in &self.bugs {
+        for bug in self.bugs.iter().filter(|_| self.described.is_none()) {
             let listed = || manuals.iter().flat_map(|manual| &manual.bugs).map(|bug| bug.name.as_str());
             check_known_name("bug", bug, "bugs", listed().chain(persona_bugs().map(|bug| bug.name)))?;
         }
@@ -206,14 +212,18 @@ impl RunRequest {
         }
         let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
         let deviations = [self.bugs.as_slice(), &self.variations].concat();
-        let mut devices =
-            devices(&self.duts, self.device.as_deref(), &deviations, manuals).map_err(CommandError::usage)?;
+        let mut devices = match &self.described {
+            Some(spec) => Devices { here: vec![spec.clone()], ..Devices::default() },
+            None => devices(&self.duts, self.device.as_deref(), &deviations, manuals).map_err(CommandError::usage)?,
+        };
         for name in &devices.without_model {
             super::print_message(&format!(
                 "{name} is not run: it has no reference device; name a live device with --dut"
             ));
         }
-        self.retain_devices_with_deviations(&mut devices.here, manuals)?;
+        if self.described.is_none() {
+            self.retain_devices_with_deviations(&mut devices.here, manuals)?;
+        }
         if persona.is_some() && self.duts.is_empty() && self.device.is_none() {
             // A persona is a PROFINET controller. A slave named with `--dut` stays; each of its cases is then not applicable.
             let is_slave = |manual: &Manual| manual.device.profibus().is_some();
@@ -371,7 +381,11 @@ impl PreparedRun {
 pub(super) fn run(args: &RunArgs) -> CommandResult {
     // `--bug` and `--ledger` may name any manual.
     let names_all = !args.bug.is_empty() || args.device.is_some() || args.ledger.is_some();
-    let manuals = if names_all { args.suites.load()? } else { args.suites.load_for(&args.dut)? };
+    let (manuals, described) = match described(args)? {
+        Some((manual, dut)) => (vec![manual], Some(dut)),
+        None if names_all => (args.suites.load()?, None),
+        None => (args.suites.load_for(&args.dut)?, None),
+    };
     let request = RunRequest {
         duts: args.dut.clone(),
         device: args.device.clone(),
@@ -393,6 +407,7 @@ pub(super) fn run(args: &RunArgs) -> CommandResult {
         accept_flaky: args.accept_flaky,
         fail_on_not_applicable: args.fail_on == Some(FailOn::NotApplicable),
         suites: args.suites.clone(),
+        described,
     };
     // A misspelt folder is an error before a live device is touched.
     check_folders(&args.report)?;
@@ -463,6 +478,20 @@ fn details(device: &DutSpec) -> Vec<(String, String)> {
     let shown =
         |(name, value): (&str, String)| (name.to_owned(), if value.is_empty() { "none".to_owned() } else { value });
     details.into_iter().map(shown).collect()
+}
+
+/// The suite and the reference device of `--dut model:MANUAL/VARIANT --device none --gsdml FILE`.
+fn described(args: &RunArgs) -> Result<Option<(Manual, DutSpec)>, CommandError> {
+    let Some(path) = &args.gsdml else { return Ok(None) };
+    let model = match args.dut.as_slice() {
+        [only] if args.device.as_deref() == Some("none") => only.strip_prefix("model:"),
+        _ => None,
+    };
+    let model = model.ok_or_else(|| {
+        CommandError::usage("`--gsdml` goes with `--device none` and one `--dut model:MANUAL/VARIANT`")
+    })?;
+    let deviations = [args.bug.as_slice(), &args.vary].concat();
+    GsdmlEncoder::open(path)?.of_model(args.suites.sources()?, model, deviations).map(Some)
 }
 
 /// Writes what was not green beside the captures, for `--failed`. The folder is not created for it.

@@ -73,7 +73,7 @@ impl UnknownEncoder {
         DutSpec {
             manual: ANY_SLAVE.to_owned(),
             variant: self.variant.clone(),
-            kind: DutKind::External { model, deviations },
+            kind: DutKind::External { model, variant: None, deviations },
         }
     }
 

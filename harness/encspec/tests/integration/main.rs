@@ -47,6 +47,7 @@ mod personas;
 mod plain_devices;
 mod profibus_class_2;
 mod profibus_models;
+mod profidrive_encoder;
 mod random_sequences;
 mod record;
 mod recordings;

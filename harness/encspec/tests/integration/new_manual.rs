@@ -33,7 +33,7 @@ fn manual() -> Manual {
 
 fn dut(variant: &str, bugs: &[&str]) -> DutSpec {
     let bugs = bugs.iter().map(|bug| (*bug).to_owned()).collect();
-    let kind = DutKind::External { model: &SUBJECT, deviations: bugs };
+    let kind = DutKind::External { model: &SUBJECT, variant: None, deviations: bugs };
     DutSpec { manual: MANUAL.name.to_owned(), variant: variant.to_owned(), kind }
 }
 

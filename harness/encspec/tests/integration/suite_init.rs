@@ -38,7 +38,7 @@ fn loaded(folder: &Folder, variant: &str) -> Manual {
 /// Runs a suite on the reference device of another manual.
 fn on_reference_device(manual: &Manual, name: &str, variant: &str) -> Vec<(String, Verdict, Option<String>)> {
     let model = deviations::subject(name).expect("a reference device");
-    let kind = DutKind::External { model, deviations: Vec::new() };
+    let kind = DutKind::External { model, variant: None, deviations: Vec::new() };
     let dut = DutSpec { manual: "mine".to_owned(), variant: variant.to_owned(), kind };
     let options = RunOptions { duts: vec![dut], ..RunOptions::default() };
     let result = run(std::slice::from_ref(manual), &options, &|_, _, _| {}).expect("a model can be run");
@@ -93,7 +93,8 @@ fn a_written_suite_finds_a_bug_and_null_devices() {
     let bug = ["any-name-answered", "name-lost-at-power-off", "im0-without-vendor"]
         .into_iter()
         .find(|bug| bugs.contains(bug));
-    let kind = DutKind::External { model, deviations: vec![bug.expect("a bug of any station").to_owned()] };
+    let kind =
+        DutKind::External { model, variant: None, deviations: vec![bug.expect("a bug of any station").to_owned()] };
     let dut = DutSpec { manual: "mine".to_owned(), variant: variant.clone(), kind };
     let options = RunOptions { duts: vec![dut], ..RunOptions::default() };
     let result = run(std::slice::from_ref(&manual), &options, &|_, _, _| {}).expect("a model can be run");

@@ -8,6 +8,7 @@ pub mod access;
 mod checks;
 pub mod driver;
 pub mod failure;
+mod offered;
 pub mod probe;
 mod settings;
 pub mod slave;
@@ -506,6 +507,7 @@ impl<'a> RunningTrial<'a> {
             }
             (outcome, _) => outcome,
         };
+        let outcome = outcome.map_err(|(trouble, at)| (offered::excused(step, trouble), at));
         self.note_about(step, outcome.as_ref().err().map(|(trouble, _)| trouble));
         if step.covers.is_empty() || (self.phase != TrialPhase::Test && outcome.is_err()) {
             return outcome;

@@ -200,7 +200,14 @@ impl<'a> RunningTrial<'a> {
         if !self.stand_settings.contains(&name) {
             self.stand_settings.push(name);
         }
-        self.act_on_stand(&action)
+        let acted = self.act_on_stand(&action);
+        // What the stand of another model cannot do is not undone at the end.
+        if self.environment.is_other_model
+            && acted.as_ref().is_err_and(|trouble| trouble.verdict == Some(Verdict::NotApplicable))
+        {
+            self.stand_settings.retain(|known| *known != name);
+        }
+        acted
     }
 
     /// The number on the wire that a value of an output is; `None` if it is not known.

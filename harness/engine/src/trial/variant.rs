@@ -4,7 +4,7 @@
 
 use super::RunningTrial;
 use super::probe::default_start;
-use description::gsdml::needs_description;
+use description::gsdml::{SensorFormat, needs_description};
 use description::variant::{VariantReading, order_reading};
 use suite::device::{DeviceDescription, VariantValue, VariantValueSource};
 use suite::model::{ConnectionStart, StartParameter};
@@ -12,6 +12,12 @@ use wire::profidrive::{ParameterAddress, ParameterRequest, ParameterResponse};
 
 /// The cycles after which inputs are read.
 const CYCLES: u64 = 8;
+/// The sensor format: encoder profile 3.162, P979.
+const SENSOR_FORMAT: u16 = 979;
+/// The elements of P979: steps per revolution, shift of G1_XIST1, revolutions.
+const STEPS: u16 = 2;
+const SHIFT_OF_XIST1: u16 = 3;
+const REVOLUTIONS: u16 = 5;
 
 impl RunningTrial<'_> {
     /// Connects with the start parameters that the manual's variants are distinguished with, and reads what differs.
@@ -50,6 +56,25 @@ impl RunningTrial<'_> {
         self.world.closing = true;
         let _ = self.disconnect(false);
         readings
+    }
+
+    /// What the device says in P979 of its sensor; `None` if it does not say it.
+    pub fn sensor_format(&mut self) -> Option<SensorFormat> {
+        let device = &self.world.manual.device;
+        let module = device.modules.iter().position(|module| module.absent.is_none())?;
+        let start = default_start(device, self.variant_number(), module);
+        let is_connected = matches!(self.driver.connects_with(self, &start), Ok(Some(true)));
+        let mut element = |subindex: u16| {
+            let source = VariantValueSource::Parameter { number: SENSOR_FORMAT, subindex };
+            let value = VariantValue { name: String::new(), source, expected: Vec::new() };
+            let number = if is_connected { self.identifying_number(&value, None) } else { None };
+            number.and_then(|number| u32::try_from(number).ok())
+        };
+        let [steps, shift, revolutions] = [STEPS, SHIFT_OF_XIST1, REVOLUTIONS].map(&mut element);
+        self.world.closing = true;
+        let _ = self.disconnect(false);
+        let shift = shift.filter(|shift| *shift < 32)?;
+        Some(SensorFormat { shift, steps: steps.unwrap_or_default(), revolutions: revolutions.unwrap_or_default() })
     }
 
     fn readings_in_connection(&mut self) -> Vec<VariantReading> {

@@ -104,6 +104,7 @@ impl<'a> RunningTrial<'a> {
         if !second {
             self.disconnect(false)?;
         }
+        self.check_offered(start)?;
         self.action();
         self.driver.connect(self, start, answer, second, to)
     }
@@ -200,7 +201,8 @@ impl<'a> RunningTrial<'a> {
         self.action();
         let answered = self.access(access, true)?;
         self.world.scene.notebook_mut().answers = answered.replies;
-        self.judge_answer(access.answer.as_ref().unwrap_or(&AnswerMatcher::Accepted))
+        let judged = self.judge_answer(access.answer.as_ref().unwrap_or(&AnswerMatcher::Accepted));
+        judged.map_err(|trouble| self.lacks_parameter(access).unwrap_or(trouble))
     }
 
     fn read(&mut self, step: &'a TrialStep, access: &'a AcyclicAccess, within: Option<&'a Deadline>) -> StepResult {
@@ -233,7 +235,8 @@ impl<'a> RunningTrial<'a> {
                     Some(_) => "The right answer did not arrive in time.",
                     None => "The answer is wrong.",
                 };
-                return Err(StepError::device(what, parts).at(self.world.trace.len() as u64));
+                let trouble = StepError::device(what, parts).at(self.world.trace.len() as u64);
+                return Err(self.lacks_parameter(access).unwrap_or(trouble));
             }
             self.world.run(again, |_| false);
         }

@@ -69,6 +69,7 @@ key_set! {
         ident must Whole(0, 0xFFFF_FFFF), "Ident number.";
         submodules must NonEmpty(&Name), "Its submodules.";
         from_source may Word(&ORIGINS), "Where its ident comes from if the manual does not print it.";
+        absent may Text, "Why the device does not have it, by a GSDML; a trial that connects it is not applicable.";
     }
 }
 
@@ -438,11 +439,9 @@ impl DeviceReader<'_> {
         if found.is_empty() && is_whole {
             return Err(list.wrong("a module without submodules"));
         }
-        Ok(DeviceModule::on_profinet(
-            name,
-            whole(keyed.must(&module::ident)?, "an ident")?,
-            origin(keyed, &module::from_source)?,
-            found,
-        ))
+        let ident = whole(keyed.must(&module::ident)?, "an ident")?;
+        let absent = keyed.get(&module::absent).map(|node| node.text("a reason").map(str::to_owned)).transpose()?;
+        let module = DeviceModule::on_profinet(name, ident, origin(keyed, &module::from_source)?, found);
+        Ok(DeviceModule { absent, ..module })
     }
 }

@@ -44,6 +44,7 @@ key_set! {
         start may Flag, "It is part of the start-up.";
         with may NonEmpty(&Label), "The modules with whose start-up it is sent; all by default.";
         fields must Map(&Keys(&record_field::KEYS)), "Its fields.";
+        template may Octets, "Its bytes where no field is, by a GSDML; all 0 by default.";
         from_source may Word(&ORIGINS), "Where its layout comes from if the manual does not print it.";
     } [With(&[&r#with], &start)]
 }
@@ -61,6 +62,8 @@ key_set! {
         to may Whole(-0x8000_0000_0000_0000, 0xFFFF_FFFF_FFFF_FFFF), "The highest number that the manual allows.";
         called may NonEmpty(&Text), "Other names for it in the manual and in descriptions; a GSDML or GSD is searched for them.";
         from_source may Word(&ORIGINS), "Where its place comes from if the manual does not print it.";
+        absent may Text, "Why the record does not have it, by a GSDML; it is not written, and a start with another value than the default is not applicable.";
+        settable may Pair(0, 0xFFFF_FFFF_FFFF_FFFF), "The lowest and the highest number that a GSDML lets users set; a start with another one is not applicable.";
     } [OneOf(&[&octet, &octets]), NotBoth(&bit, &bits)]
 }
 
@@ -71,6 +74,7 @@ key_set! {
         access must Word(&ACCESSES), "Whether it can be written.";
         default may PerVariant(&Scalar), "Its default.";
         permanent may Flag, "A write changes the device for good.";
+        optional may Flag, "A device may lack it: where it refuses it as unknown and does not list it in P980, a trial that needs it is not applicable.";
         elements may Map(&Whole(0, 0xFFFF)), "Names and subindices of its elements.";
         bits may ParameterBits, "Names of bits, of the parameter or of an element.";
         from_source may Word(&ORIGINS), "Where it comes from if the manual does not print it.";
@@ -174,7 +178,7 @@ impl<'n> DeviceReader<'n> {
             start,
             with,
             fields,
-            template: Vec::new(),
+            template: keyed.get(&record::template).map(template).transpose()?.unwrap_or_default(),
             origin: origin(keyed, &record::from_source)?,
         })
     }
@@ -211,6 +215,11 @@ impl<'n> DeviceReader<'n> {
             text,
             called,
             origin,
+            absent: keyed
+                .get(&record_field::absent)
+                .map(|node| node.text("a reason").map(str::to_owned))
+                .transpose()?,
+            settable: keyed.get(&record_field::settable).map(settable).transpose()?,
         })
     }
 
@@ -324,6 +333,7 @@ impl<'n> DeviceReader<'n> {
             writable,
             default,
             permanent,
+            optional: flag(keyed, &parameter::optional)?,
             origin: origin(keyed, &parameter::from_source)?,
             elements,
             bits,
@@ -441,6 +451,21 @@ pub(in super::super) fn parameter_number(name: &str) -> Option<u16> {
         && digits.bytes().all(|octet| octet.is_ascii_digit())
         && (digits == "0" || !digits.starts_with('0'));
     if good { digits.parse().ok() } else { None }
+}
+
+/// The bytes of a record, in hexadecimal.
+fn template(node: &Node) -> Read<Vec<u8>> {
+    let octet = |text: &str| u8::from_str_radix(text, 16).ok().filter(|_| text.len() == 2);
+    let octets: Option<Vec<u8>> = node.text("bytes")?.split_whitespace().map(octet).collect();
+    octets.ok_or_else(|| node.wrong("bytes have two hexadecimal digits each").help("for instance \"80 00 12\""))
+}
+
+/// The lowest and the highest number that users can set.
+fn settable(node: &Node) -> Read<(i128, i128)> {
+    match node.items("settable")? {
+        [lowest, highest] => Ok((whole(lowest, "a number")?, whole(highest, "a number")?)),
+        _ => Err(node.wrong("`settable` is the lowest and the highest number")),
+    }
 }
 
 /// Names of a field in the manual and in descriptions.

@@ -177,7 +177,13 @@ impl From<ProfibusFacts> for DeviceBus {
 impl DeviceModule {
     /// A module of a device on PROFINET.
     pub fn on_profinet(name: &str, ident: u32, ident_origin: Origin, submodules: Vec<usize>) -> DeviceModule {
-        DeviceModule { name: name.to_owned(), bus: ModuleBus::Profinet { ident }, ident_origin, submodules }
+        DeviceModule {
+            name: name.to_owned(),
+            bus: ModuleBus::Profinet { ident },
+            ident_origin,
+            submodules,
+            absent: None,
+        }
     }
 
     /// A module of a device on PROFIBUS, with its identifiers and required parameters.
@@ -187,7 +193,13 @@ impl DeviceModule {
         ident_origin: Origin,
         submodules: Vec<usize>,
     ) -> DeviceModule {
-        DeviceModule { name: name.to_owned(), bus: ModuleBus::Profibus { cfg, fixes }, ident_origin, submodules }
+        DeviceModule {
+            name: name.to_owned(),
+            bus: ModuleBus::Profibus { cfg, fixes },
+            ident_origin,
+            submodules,
+            absent: None,
+        }
     }
 
     /// Takes over the ident number of a description.

@@ -339,6 +339,8 @@ pub struct TrialStep {
     pub apart: Vec<(usize, Vec<usize>)>,
     /// What a failure of this step is about; it ends the trial, and what the trial covers besides is not judged.
     pub about: FailureSubject,
+    /// Why the trial is not applicable if this check does not hold, for what a device may lack.
+    pub otherwise: Option<String>,
     pub verb: Verb,
 }
 

@@ -18,9 +18,8 @@ impl<M: EncoderModel> PoweredEncoder<'_, M> {
         let hooks = &self.deviations.hooks;
         let arrived = hooks.apply(arrived, |hooks, arrived| hooks.outputs(&self.view(), telegram, arrived));
         self.ram.outputs.replace(telegram, arrived);
-        if submodule.telegram.outputs.contains(&OutputWord::Preset)
-            && matches!(self.ram.phase, ConnectionPhase::Data(_))
-        {
+        let is_preset = |word: &OutputWord| matches!(word, OutputWord::Preset | OutputWord::LongPreset);
+        if submodule.telegram.outputs.iter().any(is_preset) && matches!(self.ram.phase, ConnectionPhase::Data(_)) {
             self.take_preset();
         }
         if !submodule.telegram.outputs.contains(&OutputWord::Stw2Enc) {
