@@ -1,6 +1,6 @@
 //! The manual for a reference device with another description: what a GSDML or a bench file says of a live device, a variation says here.
 
-use super::dut::DutSpec;
+use super::dut::{DutKind, DutSpec};
 use deviations::{DescriptionChange, IdentMask, Place, StartLayout};
 use std::sync::Arc;
 use suite::device::{DeviceDescription, Origin, RecordField};
@@ -17,9 +17,11 @@ pub fn described(manual: &Manual, dut: &DutSpec) -> Option<Manual> {
         return None;
     }
     let mut device = (*manual.device).clone();
+    let has_manual = !matches!(dut.kind, DutKind::External { .. });
+    let is_free = |origin: Origin| is_free(origin, has_manual);
     for change in changes {
         match change {
-            DescriptionChange::Idents(mask) => change_idents(&mut device, &manual.device, mask),
+            DescriptionChange::Idents(mask) => change_idents(&mut device, &manual.device, mask, is_free),
             DescriptionChange::DeviceId(id) => {
                 if let Some(facts) = device.bus.profinet_mut().filter(|of| is_free(of.identity.device_id_origin)) {
                     (facts.identity.device_id, facts.identity.device_id_origin) = (id, Origin::Description);
@@ -33,20 +35,26 @@ pub fn described(manual: &Manual, dut: &DutSpec) -> Option<Manual> {
                 let shown = device.pages.iter_mut().flat_map(|page| &mut page.shows);
                 shown.filter(|value| value.label == label).for_each(|value| other.clone_into(&mut value.label));
             }
-            DescriptionChange::StartParameters(layout) => move_start_parameters(&mut device, &layout),
+            DescriptionChange::StartParameters(layout) => move_start_parameters(&mut device, &layout, is_free),
         }
     }
     let (requirements, bugs) = (manual.requirements.clone(), manual.bugs.clone());
     Some(Manual { device: Arc::new(device), requirements, bugs, variants: Vec::new(), unused: Vec::new() })
 }
 
-/// Whether the manual does not say what a value is, so that it may be another one.
-fn is_free(origin: Origin) -> bool {
-    origin != Origin::Manual
+/// Whether neither the manual nor a description says what a value is, so that it may be another one. A reference device without its
+/// manual has nothing but a description, which a variation may change.
+fn is_free(origin: Origin, has_manual: bool) -> bool {
+    origin == Origin::Invented || !has_manual && origin == Origin::Description
 }
 
 /// Changes the idents that are free in `before`; several masks may change them, one after the other.
-fn change_idents(device: &mut DeviceDescription, before: &DeviceDescription, mask: IdentMask) {
+fn change_idents(
+    device: &mut DeviceDescription,
+    before: &DeviceDescription,
+    mask: IdentMask,
+    is_free: impl Fn(Origin) -> bool,
+) {
     let submodules = device.submodules.iter_mut().zip(&before.submodules);
     for (submodule, _) in submodules.filter(|(of, before)| of.slot != 0 && is_free(before.ident_origin)) {
         submodule.ident ^= mask.submodule;
@@ -68,7 +76,7 @@ fn change_idents(device: &mut DeviceDescription, before: &DeviceDescription, mas
 }
 
 /// Moves the fields of each start record that no manual prints to their places in `layout`.
-fn move_start_parameters(device: &mut DeviceDescription, layout: &StartLayout) {
+fn move_start_parameters(device: &mut DeviceDescription, layout: &StartLayout, is_free: impl Fn(Origin) -> bool) {
     for record in device.records.iter_mut().filter(|record| record.start && is_free(record.origin)) {
         record.octets = layout.default.len();
         record.template.clone_from(&layout.default);

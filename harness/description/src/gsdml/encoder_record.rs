@@ -62,7 +62,11 @@ const PARAMETERS: [ProfileParameter; 10] = [
     bit("class_4", &["Class 4 functionality", "Class 4"], 1, SWITCH, "enabled"),
     bit("g1_xist1_preset_control", &["G1_XIST1 preset control", "Preset affects XIST1"], 2, INVERTED, "enabled"),
     bit("scaling", &["Scaling function control", "Scaling function"], 3, SWITCH, "disabled"),
-    bit("alarm_channel", &["Alarm channel control", "Alarm channel"], 4, SWITCH, "disabled"),
+    // Some encoders refuse another value than their own.
+    ProfileParameter {
+        usual: None,
+        ..bit("alarm_channel", &["Alarm channel control", "Alarm channel"], 4, SWITCH, "")
+    },
     bit("compatibility", &["Compatibility mode", "Compatibility mode V3.1"], 5, INVERTED, "disabled"),
     number("units_per_revolution", &["Measuring units per revolution", "Measuring units / revolution"], 1, 8),
     number("total_range", &["Total measuring range", "Total measuring range in measuring units"], 9, 8),
@@ -225,7 +229,8 @@ impl DescribedUserParameter {
         let word_of = |number: i128| words.iter().find(|(_, known)| *known == number).map(|(word, _)| word.clone());
         let default = self.item.as_ref().and_then(|(item, _)| item.default);
         let Some(usual) = self.of.usual else {
-            return default.unwrap_or(1).to_string();
+            let number = default.unwrap_or(i128::from(self.of.words.is_none()));
+            return word_of(number).unwrap_or_else(|| number.to_string());
         };
         let number = words.iter().find(|(word, _)| word == usual).map(|(_, number)| *number);
         let allows = |number: i128| self.settable().is_none_or(|(low, high)| (low..=high).contains(&number));
