@@ -3,6 +3,7 @@
 //! This module must not know how a single trial is run.
 
 use super::bus;
+use super::described::described;
 use super::dut::DutSpec;
 use super::live::{DeviceBackup, LiveDevice, RestoreOutcome, TrialExclusion};
 use super::outcome::{BenchError, TrialOutcome, TrialRuleResult};
@@ -166,7 +167,8 @@ pub fn sensor_format(
     variant: &SuiteVariant,
     dut: &DutSpec,
 ) -> Result<Option<SensorFormat>, BenchError> {
-    with_run(manual, variant, dut, |run| run.sensor_format()).map_err(BenchError)
+    let described = described(manual, dut);
+    with_run(described.as_ref().unwrap_or(manual), variant, dut, |run| run.sensor_format()).map_err(BenchError)
 }
 
 /// Does `work` with a device under test outside of any trial.

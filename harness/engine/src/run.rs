@@ -15,7 +15,6 @@ use results::outcome::{
 };
 use results::verdict::Verdict;
 use suite::model::{Manual, SuiteRule, SuiteVariant};
-use suite::persona::Persona;
 
 /// Why nothing is judged on a device that is not of the claimed variant.
 const NOT_CLAIMED: &str = "not judged: the device is not the claimed variant";
@@ -78,7 +77,7 @@ fn device(
     // Every rule is judged on every trial that ran; a broken one is reported unless a filter excludes it.
     let mut judged = Vec::new();
     for (index, rule) in variant.rules.iter().enumerate() {
-        let mut result = rule_result(manual, rule, index, &outcomes, filtered, environment.persona.as_deref());
+        let mut result = rule_result(manual, rule, index, &outcomes, filtered, &environment);
         if is_refuted {
             result.reason = Some(NOT_CLAIMED.to_owned());
         }
@@ -150,8 +149,9 @@ fn rule_result(
     index: usize,
     outcomes: &[TrialOutcome],
     filtered: bool,
-    persona: Option<&Persona>,
+    environment: &TrialEnvironment,
 ) -> CaseResult {
+    let persona = environment.persona.as_deref();
     let unfit = persona.and_then(|persona| persona::unfit_rule(persona, &manual.device, rule));
     let mut decided = DecisionCounts::default();
     let mut failures = Vec::new();
@@ -197,6 +197,11 @@ fn rule_result(
         (None, 0) if persona.is_some() => {
             let name = persona.map(|persona| persona.name.as_str()).unwrap_or_default();
             (Verdict::NotApplicable, Some(format!("persona {name}: the premise never occurred")))
+        }
+        // What a device without a manual lacks, no case brings about.
+        (None, 0) if environment.is_other_model => {
+            let why = "only its description says what the device has, and the premise never occurred";
+            (Verdict::NotApplicable, Some(why.to_owned()))
         }
         (None, 0) => (Verdict::NotRun, Some(never_decided(&decided, filtered))),
         (None, _) => (Verdict::Pass, None),

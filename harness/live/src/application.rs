@@ -4,7 +4,7 @@
 //! Time is virtual and each trial begins with a device in factory state, so nothing lasts: there is no preflight, no journal, and
 //! nothing to restore.
 
-use crate::device::{ComparedDevice, needs_description_of};
+use crate::device::{ComparedDevice, ReplaceManual, needs_description_of};
 use application_protocol::{
     ApplicationBus, ApplicationProgram, DescribedIoDevice, DescribedSubmodule, PATIENCE, ProgramCommand,
     ProgramFailure, RemoteIoApplication, RemoteSlaveApplication, SharedProgram, in_program,
@@ -216,6 +216,16 @@ impl ApplicationOnBench {
                 Box::new(profibus::DpDevice::new(application, start.line.baud, Attached::NONE))
             }
         })
+    }
+}
+
+impl ReplaceManual for ApplicationOnBench {
+    fn reported(&self) -> &ReportedIdentity {
+        &self.prepared.reported
+    }
+
+    fn replace_manual(&mut self, manual: Manual) {
+        self.manual = manual;
     }
 }
 

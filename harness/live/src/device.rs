@@ -9,6 +9,7 @@ use crate::journal::Journal;
 use crate::line::DeviceLine;
 use crate::stand::LiveStand;
 use crate::{preflight, profibus};
+use description::gsdml::ReportedIdentity;
 use description::variant::VariantReading;
 use engine::dut::{CONTROLLER, SECOND};
 use engine::needs::{self, Ability, BenchNeed, Consent};
@@ -52,6 +53,7 @@ struct DeviceOnBenchInner {
     long: bool,
     findings: Vec<DeviceFinding>,
     variant_readings: Vec<VariantReading>,
+    reported: ReportedIdentity,
     notes: Vec<String>,
     state: Mutex<BenchState>,
     /// Number of calls so far that needed a unique number, across trials.
@@ -117,6 +119,27 @@ pub struct ComparedDevice {
     pub variant_readings: Vec<VariantReading>,
 }
 
+/// A device whose suite is replaced before its first trial: an encoder that only its GSDML describes says more of itself in P979.
+pub trait ReplaceManual {
+    /// What the device reported of itself on PROFINET.
+    fn reported(&self) -> &ReportedIdentity;
+
+    /// Takes another description of the same device for its suite, while nothing else uses the bench.
+    fn replace_manual(&mut self, manual: Manual);
+}
+
+impl ReplaceManual for DeviceOnBench {
+    fn reported(&self) -> &ReportedIdentity {
+        &self.0.reported
+    }
+
+    fn replace_manual(&mut self, manual: Manual) {
+        if let Some(inner) = Arc::get_mut(&mut self.0) {
+            inner.manual = manual;
+        }
+    }
+}
+
 impl DeviceOnBench {
     /// A PROFINET device on a prepared bench, with the suite of its claimed type, addressed like `persona`.
     pub fn new(
@@ -137,7 +160,7 @@ impl DeviceOnBench {
             persona,
             ..place(&bench)
         };
-        let preflight::PreparedDevice { line, found, journal, changes, passive, notes, .. } = prepared;
+        let preflight::PreparedDevice { line, found, journal, changes, passive, notes, reported, .. } = prepared;
         let state = BenchState::new(&bench, line, journal, changes);
         let state = Mutex::new(state);
         let calls = AtomicU64::new(0);
@@ -151,6 +174,7 @@ impl DeviceOnBench {
             long,
             findings,
             variant_readings,
+            reported,
             notes,
             state,
             calls,
@@ -186,17 +210,11 @@ impl DeviceOnBench {
             long,
             findings,
             variant_readings,
+            reported: ReportedIdentity::default(),
             notes,
             state,
             calls,
         }))
-    }
-
-    /// Takes another description of the same device for its suite, while nothing else uses the bench.
-    pub fn replace_manual(&mut self, manual: Manual) {
-        if let Some(inner) = Arc::get_mut(&mut self.0) {
-            inner.manual = manual;
-        }
     }
 
     /// Locks the state of the bench, for one trial.

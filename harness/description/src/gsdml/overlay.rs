@@ -65,7 +65,9 @@ pub fn overlay(
     work.access_point();
     work.network();
     for index in 0..work.device.modules.len() {
-        work.module(index);
+        if work.device.modules[index].absent.is_none() {
+            work.module(index);
+        }
     }
     work.records();
     work.other_records();

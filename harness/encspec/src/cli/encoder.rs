@@ -9,7 +9,7 @@ use results::bench_file::BenchFile;
 use results::outcome::DescriptionKind;
 use std::path::{Path, PathBuf};
 use suite::model::Manual;
-use suite_yaml::{ANY_ENCODER, Sources, load};
+use suite_yaml::{ANY_DEVICE, ANY_ENCODER, Sources, load};
 
 /// An encoder that only its GSDML describes.
 #[derive(Clone, Debug)]
@@ -37,10 +37,14 @@ impl GsdmlEncoder {
         let Some(path) = bench.description_of(DescriptionKind::Gsdml).filter(|_| is_unknown) else { return Ok(None) };
         match bench.claim.manual.as_str() {
             ANY_ENCODER => GsdmlEncoder::open(path).map(Some),
-            suite_yaml::ANY_DEVICE => {
-                let gsdml = read_gsdml(path)?;
-                let is_encoder = gsdml::describe(&gsdml, SensorFormat::default()).is_ok();
-                Ok(is_encoder.then(|| GsdmlEncoder { path: path.to_owned(), gsdml }))
+            ANY_DEVICE => {
+                let encoder = GsdmlEncoder { path: path.to_owned(), gsdml: read_gsdml(path)? };
+                encoder.described(SensorFormat::default()).map_err(|error| {
+                    let CommandError { message, status } = error;
+                    let help = "describe the device in a file, and name it under `description`";
+                    CommandError { message: format!("{message}; {help}"), status }
+                })?;
+                Ok(Some(encoder))
             }
             _ => Ok(None),
         }

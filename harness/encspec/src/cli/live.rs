@@ -3,7 +3,7 @@
 use super::encoder::GsdmlEncoder;
 use super::{CommandError, Suites, print_message};
 use ::live::application::{ApplicationOnBench, PreparedApplication};
-use ::live::device::{ComparedDevice, DeviceOnBench};
+use ::live::device::{ComparedDevice, DeviceOnBench, ReplaceManual};
 use description::gsd::{self, DescribedSlave};
 use description::gsdml::{self, Gsdml, ReportedIdentity, SensorFormat};
 use description::variant::{profibus_readings, profinet_readings};
@@ -149,31 +149,46 @@ pub fn open_for(
     let DeviceClaim { manual: name, variant: claimed } = bench.claim.clone();
     link::interrupt::watch();
     if matches!(bench.link, LinkSpec::App(_)) {
-        let device = prepare_application(bench, manual, variant, persona)?;
-        let kind = DutKind::Live(SharedLiveDevice(Arc::new(device)));
-        return Ok(DutSpec { manual: name, variant: claimed, kind });
+        let device = Arc::new(prepare_application(bench, manual, variant, persona)?);
+        return dut_with_sensor_format(device, unshifted.as_ref(), suites, (name, claimed));
     }
-    let mut live = match manual.device.profibus() {
+    let live = match manual.device.profibus() {
         None => prepare_profinet_device(purpose, port, bench, manual, variant, long, persona)?,
         Some(_) => prepare_profibus_slave(purpose, bench, manual, variant, long)?,
     };
-    if let Some(bench) = unshifted {
-        let dut = DutSpec {
-            manual: name.clone(),
-            variant: claimed.clone(),
-            kind: DutKind::Live(SharedLiveDevice(Arc::new(live.clone()))),
-        };
-        let known = live.manual().variants.first();
-        let format = known.and_then(|variant| engine::sensor_format(live.manual(), variant, &dut).ok()?);
-        drop(dut);
-        if let Some(format) = format {
-            live.replace_manual(manual_with_format(&bench, suites, format)?);
-        }
-    }
     if let Some(why) = live.passive() {
         print_message(&format!("only cases that read are run: {why}"));
     }
-    Ok(DutSpec { manual: name, variant: claimed, kind: DutKind::Live(SharedLiveDevice(Arc::new(live))) })
+    dut_with_sensor_format(Arc::new(live), unshifted.as_ref(), suites, (name, claimed))
+}
+
+/// The device under test. If only its GSDML describes it, as `unshifted` says, the suite takes from its P979 what no GSDML has.
+fn dut_with_sensor_format<D: LiveDevice + ReplaceManual + 'static>(
+    mut device: Arc<D>,
+    unshifted: Option<&BenchFile>,
+    suites: &Suites,
+    (manual, variant): (String, String),
+) -> Result<DutSpec, CommandError> {
+    let dut = |device: Arc<dyn LiveDevice>| DutSpec {
+        manual: manual.clone(),
+        variant: variant.clone(),
+        kind: DutKind::Live(SharedLiveDevice(device)),
+    };
+    let Some(bench) = unshifted else { return Ok(dut(device)) };
+    let known = device.manual().variants.first();
+    let asked = dut(device.clone());
+    // A bench that cannot be used is reported by the first trial.
+    let format = known.and_then(|variant| engine::sensor_format(device.manual(), variant, &asked).ok()?);
+    drop(asked);
+    if let (Some(format), Some(device)) = (format, Arc::get_mut(&mut device)) {
+        let gsdml = bench.description_of(DescriptionKind::Gsdml).map(read_gsdml).transpose()?;
+        let mut manual = manual_with_format(bench, suites, format)?;
+        if let Some(described) = Arc::get_mut(&mut manual.device) {
+            gsdml::overlay(described, 0, gsdml.as_ref(), Some(device.reported()), &bench.start_parameters);
+        }
+        device.replace_manual(manual);
+    }
+    Ok(dut(device))
 }
 
 /// Starts a program and prepares the device whose application it is.
@@ -205,9 +220,11 @@ fn compared_by_gsdml(
     start_parameters: &[(String, String)],
 ) -> (ComparedDevice, Vec<String>) {
     let reported = Some(reported);
+    // A description that was made of the GSDML agrees with it.
+    let compared = gsdml.filter(|_| device.bus.number_origin() != Origin::Description);
     let variant_readings = profinet_readings(device, gsdml, reported);
     let overlay = gsdml::overlay(device, variant, gsdml, reported, start_parameters);
-    let findings = gsdml::compare(device, variant, gsdml, reported);
+    let findings = gsdml::compare(device, variant, compared, reported);
     (ComparedDevice { findings, variant_readings }, [overlay.taken, overlay.missing].concat())
 }
 

@@ -68,7 +68,7 @@ fn run(folder: &Folder, bus: &str, command: &str) -> ProgramOutput {
 fn check_example(language: &str) {
     let folder = Folder::new("application");
     let Some(command) = command(language, &folder) else { return };
-    for (bus, fewest) in [("profinet", 380), ("profibus", 180)] {
+    for (bus, fewest) in [("profinet", 380), ("profibus", 180), ("profidrive", 270)] {
         let ran = run(&folder, bus, &command);
         assert_eq!(ran.status, Some(0), "{language} on {bus}: {}", ran.all());
         let passed = ran.out.lines().filter(|line| line.starts_with("  pass ")).count();
@@ -82,13 +82,14 @@ fn check_example(language: &str) {
 }
 
 /// Deliberate mistakes, each with a bus on which it shows and a case that finds it.
-const MISTAKES: [(&str, &str, &str); 6] = [
+const MISTAKES: [(&str, &str, &str); 7] = [
     ("diagnosis", "profinet", "profinet-io/protocol-alarms/comes-and-goes"),
     ("diagnosis", "profibus", "dp-slave/diagnosis/fault-"),
     ("record", "profinet", "profinet-io/protocol-records/unknown-index-is-refused"),
     ("configuration", "profibus", "dp-slave/configuration/"),
     ("direction", "profibus", "dp-slave/encoder-position/direction[reversed]"),
     ("preset", "profibus", "dp-slave/encoder-preset"),
+    ("preset", "profidrive", "profidrive-encoder/preset/"),
 ];
 
 #[test]

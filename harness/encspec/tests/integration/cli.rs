@@ -37,7 +37,7 @@ const MODEL: &str = "model:lika-xac77-profinet/xac7718";
 #[case::manual(&["list", "lika-xac78-profinet"], "did you mean `lika-xac77-profinet`?")]
 #[case::requirement(&["list", "XAC77-PRE-0011"], "did you mean `XAC77-PRE-001`?")]
 #[case::excluded(&["run", "!presett"], "no case or rule id contains `presett`; did you mean `preset`?")]
-#[case::nothing_left(&["run", "preset/", "!lika", "!sick", "!kuebler", "!datalogic", "!dp-encoder"], "the filters leave no case and no rule")]
+#[case::nothing_left(&["run", "preset/", "!lika", "!sick", "!kuebler", "!datalogic", "!dp-encoder", "!profidrive-encoder"], "the filters leave no case and no rule")]
 #[case::no_last_run(&["run", "--failed"], "--failed: encspec-evidence/last-run.json: No such file")]
 #[case::coverage(&["coverage", "lika-xac77"], "there is no manual `lika-xac77`")]
 #[case::no_suites(&["list", "--suites", "."], "there is no suite here")]

@@ -14,8 +14,9 @@ use std::thread;
 use testing::DailySample;
 
 /// Keys whose values are free text or labels.
-const FREE: [&str; 12] = [
+const FREE: [&str; 13] = [
     "why",
+    "otherwise",
     "title",
     "id",
     "row",

@@ -1,12 +1,15 @@
 //! The suite for any PROFIdrive encoder on the encoders of three manuals, each described by its GSDML alone: no conforming device fails,
 //! with any permitted variation, and most bugs that the suite of the manual finds in the shared areas are found without the manual.
 
+mod missed;
+
 use crate::built_in::manual;
 use crate::on_two_threads::every;
 use encspec::cli::encoder::GsdmlEncoder;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run};
 use encspec::suite::model::Manual;
 use encspec::verdict::Verdict;
+use missed::MISSED;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
@@ -26,19 +29,13 @@ const DEVICES: [(&str, &str); 7] = [
 
 /// The lists of bugs of each manual that are about signals, handshakes, presets, scaling, velocity, signs of life and parameter access.
 const AREAS: [(&str, &[&str]); 3] = [
-    (
-        "sick-afx60-profinet",
-        &["signals", "handshakes", "presets", "scaling", "position", "velocity", "parameter-access", "telegrams"],
-    ),
-    (
-        "lika-xac77-profinet",
-        &["signals", "handshakes", "presets", "measuring", "velocity", "parameter-access", "parameters"],
-    ),
-    (
-        "kuebler-sendix58xx-profinet",
-        &["signals", "handshakes", "presets", "scaling", "position", "velocity", "parameter-access", "telegrams"],
-    ),
+    ("sick-afx60-profinet", &["signals", "handshakes", "presets", "scaling", "velocity", "parameter-access"]),
+    ("lika-xac77-profinet", &["signals", "handshakes", "presets", "measuring", "velocity", "parameter-access"]),
+    ("kuebler-sendix58xx-profinet", &["signals", "handshakes", "presets", "scaling", "velocity", "parameter-access"]),
 ];
+
+/// Percentage of the bugs in these areas that the GSDML alone has to suffice for, for each manual.
+const FOUND: usize = 60;
 
 /// Random combinations of variations for each device.
 const COMBINATIONS: u64 = 3;
@@ -70,12 +67,16 @@ impl DescribedDevice {
 
     /// The results that a conforming device must not have, with these deviations.
     fn accusations(&self, names: &[&str]) -> String {
+        self.results(names, &[Verdict::Fail, Verdict::Error, Verdict::Inconclusive, Verdict::NotRun])
+    }
+
+    /// The cases and rules with one of these verdicts, with these deviations.
+    fn results(&self, names: &[&str], verdicts: &[Verdict]) -> String {
         let options = RunOptions { duts: vec![self.with(names)], threads: 1, ..RunOptions::default() };
         let result = run(std::slice::from_ref(&self.manual), &options, &|_, _, _| {}).expect("a model can be run");
         let cases = result.runs.iter().flat_map(|run| &run.cases);
         let mut text = String::new();
-        for case in cases.filter(|case| matches!(case.verdict, Verdict::Fail | Verdict::Error | Verdict::Inconclusive))
-        {
+        for case in cases.filter(|case| verdicts.contains(&case.verdict)) {
             let reason = case.reason.as_deref().unwrap_or_default();
             let _ = writeln!(text, "{} --vary {}: {} {} {reason}", self.dut, names.join(","), case.verdict, case.id);
         }
@@ -133,22 +134,26 @@ fn bugs(name: &str, areas: &[&str]) -> Vec<String> {
     of_manual.filter(|bug| listed.contains(bug.as_str())).collect()
 }
 
-/// At least 60 % of the bugs of these areas that the suite of the manual finds are found without it.
+/// At least 60 % of the bugs of these areas that the suite of the manual finds are found without it; `MISSED` says why each other is not.
 #[test]
 fn most_bugs_are_found_without_a_manual() {
-    let each = AREAS.iter().flat_map(|(name, areas)| bugs(name, areas).into_iter().map(move |bug| (*name, bug)));
-    let sample = DailySample::one_of(16);
-    let jobs = sample.items(each);
-    let missed = every(&jobs, |(name, bug)| {
+    let mut each = Vec::new();
+    for (name, areas) in AREAS {
+        let bugs = bugs(name, areas);
+        let reasons = MISSED.iter().filter(|(of, ..)| *of == name);
+        let missed: Vec<&str> = reasons.flat_map(|(.., bugs)| bugs.iter().copied()).collect();
+        let unknown: Vec<&&str> = missed.iter().filter(|bug| !bugs.iter().any(|known| known == *bug)).collect();
+        assert!(unknown.is_empty(), "{name}: not in these areas: {unknown:?}");
+        let found: Vec<String> = bugs.iter().filter(|bug| !missed.contains(&bug.as_str())).cloned().collect();
+        println!("{name}: {} of {} bugs are found", found.len(), bugs.len());
+        assert!(found.len() * 100 >= bugs.len() * FOUND, "{name}: {} of {}", found.len(), bugs.len());
+        each.extend(found.into_iter().map(|bug| (name, bug)));
+    }
+    let sample = DailySample::one_of(24);
+    let missed = every(&sample.items(each), |(name, bug)| {
         let mut devices = DESCRIBED.iter().zip(DEVICES).filter(|(_, (of, _))| of == name).map(|(of, _)| of);
-        let is_found = devices.any(|of| !of.accusations(&[bug.as_str()]).is_empty());
+        let is_found = devices.any(|of| !of.results(&[bug.as_str()], &[Verdict::Fail]).is_empty());
         (!is_found).then(|| format!("{name} --bug {bug}\n"))
     });
-    let found = jobs.len() - missed.len();
-    assert!(
-        found * 100 >= jobs.len() * 60,
-        "{sample}: {found} of {} are found; not found:\n{}",
-        jobs.len(),
-        missed.concat()
-    );
+    assert!(missed.is_empty(), "{sample}: not found:\n{}", missed.concat());
 }

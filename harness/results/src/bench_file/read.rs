@@ -82,16 +82,16 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     let reader = BenchReader { keyed, mistakes, folder };
 
     let description = reader.path(&bench::description);
-    let has_gsd = on_profibus && keyed.key(&bench::gsd).is_some();
+    let is_described = keyed.key(if on_profibus { &bench::gsd } else { &bench::gsdml }).is_some();
     match (keyed.key(&bench::description), is_any) {
         (Some(key), false) => mistakes.note(
             key.wrong("`description` is for a device without a manual").help("write `device: none`, or remove the key"),
         ),
-        (None, true) if !has_gsd => {
+        (None, true) if !is_described => {
             let help = if on_profibus {
                 "name its GSD under `gsd`, or a file that describes the device with the keys of device.yaml"
             } else {
-                "name a file that describes the device with the keys of device.yaml"
+                "name the GSDML of a PROFIdrive encoder under `gsdml`, or a file that describes the device with the keys of device.yaml"
             };
             let node = keyed.node.key(bench::device.name);
             mistakes.note(node.wrong("a device without a manual needs a `description`").help(help));

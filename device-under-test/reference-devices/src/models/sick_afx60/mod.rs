@@ -154,6 +154,8 @@ const POSITION_OR_MEMORY: u32 = 1 | 1 << 5;
 const ERRORS: &[ErrorFact] = &[
     ErrorFact {
         causes: &[
+            // What a bench calls a fault of the scanning unit without knowing the manual.
+            ErrorCause::Stand("sensor"),
             ErrorCause::Stand("sensor_module"),
             ErrorCause::Stand("multiturn_update"),
             ErrorCause::Stand("multiturn_synchronization"),

@@ -20,6 +20,7 @@ pub const FAULTS_A: &[(&str, u32)] = &[
     ("multiturn_synchronization", 11),
     ("multiturn_update", 12),
     ("sensor_module", 14),
+    ("sensor", 8),
     ("eeprom_checksum", 15),
 ];
 
