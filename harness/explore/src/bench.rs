@@ -159,7 +159,7 @@ impl<'m> ExploreBench<'m> {
     /// The rules of the manual that break in a sequence.
     pub fn broken_rules(&self, steps: &[SequenceStep], dut: &DutSpec) -> Result<Vec<BrokenRule>, CannotExplore> {
         let name = &self.manual.device.name;
-        let sources = self.sources.clone().with(&format!("{name}/{TOPIC}.yaml"), &self.topic(&[steps.to_vec()]));
+        let sources = self.sources.clone().with(&format!("{name}/{TOPIC}.yaml"), self.topic(&[steps.to_vec()]));
         let mut loaded = suite_yaml::load(&sources, Some(name)).map_err(CannotExplore::NotUnderstood)?;
         let manual = loaded.pop().ok_or_else(|| CannotExplore::Nothing(format!("there is no suite for {name}")))?;
         let nothing = || CannotExplore::Nothing(format!("the sequence does not apply to {}", self.variant()));

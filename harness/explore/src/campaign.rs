@@ -500,9 +500,9 @@ fn raw(log: &StepLog, found: &LogDifference) -> Option<u64> {
         .take(found.step + 1)
         .flat_map(|(step, of)| of.changes.iter().map(move |of| (step, of)));
     let at_the_time = changes.filter(|(step, change)| *step < found.step || change.after <= found.after);
-    let values = at_the_time.filter_map(|(_, change)| match change.what {
+    let mut values = at_the_time.filter_map(|(_, change)| match change.what {
         Observed::Value(known, value) if known == *name => Some(value),
         _ => None,
     });
-    values.last().flatten()
+    values.next_back().flatten()
 }

@@ -61,8 +61,7 @@ fn fewer(mut steps: Vec<SequenceStep>, shows: &mut dyn FnMut(&[SequenceStep]) ->
 
 fn simpler(mut steps: Vec<SequenceStep>, shows: &mut dyn FnMut(&[SequenceStep]) -> bool) -> Vec<SequenceStep> {
     for place in 0..steps.len() {
-        loop {
-            let Some(step) = steps.get(place).cloned() else { break };
+        while let Some(step) = steps.get(place).cloned() {
             let taken = smaller(&step).into_iter().find_map(|step| {
                 let mut trial = steps.clone();
                 *trial.get_mut(place)? = step;

@@ -148,7 +148,7 @@ impl<S> SpoiltDevice<S> {
                 flood.iter_mut().take(6).for_each(|octet| *octet = 0xFF);
                 (0..count).for_each(|_| out.push(&flood));
             }
-            FrameSpoiling::Lost(each) if self.spoilt % each as u64 != 0 => return,
+            FrameSpoiling::Lost(each) if !self.spoilt.is_multiple_of(each as u64) => return,
             FrameSpoiling::Lost(_) => {}
         }
         if self.how.is_sealed {

@@ -8,7 +8,6 @@ use virtual_wire::capture::LinkType;
 /// Primary, data valid, run, no problem.
 pub const GOOD: u8 = 0x35;
 pub const STOP: u8 = 0x25;
-pub const CYCLE: Duration = Duration::from_millis(1);
 /// The counter step of 1 ms.
 const STEP: u16 = 32;
 /// 2026-11-28.

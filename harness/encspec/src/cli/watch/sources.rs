@@ -40,7 +40,7 @@ pub(super) struct Received {
 /// The source of the frames.
 pub(super) enum Source {
     Nic(NicSource),
-    Serial(SerialSource),
+    Serial(Box<SerialSource>),
     Input(Receiver<InputItem>),
 }
 
@@ -90,7 +90,7 @@ impl Source {
                 let rate = baud.unwrap_or(BaudRate(0));
                 let line = Serial::listen(path, &SerialSettings::new(rate.0)).map_err(|error| unusable(&error))?;
                 let rate = (!line.is_pty()).then_some(rate);
-                Some(Source::Serial(SerialSource {
+                Some(Source::Serial(Box::new(SerialSource {
                     line,
                     joiner: Joiner::new(rate),
                     rate,
@@ -99,7 +99,7 @@ impl Source {
                     octets: Vec::new(),
                     last: Time::ZERO,
                     is_gone: false,
-                }))
+                })))
             }
         };
         // Files belong to the user, and nothing after this needs a privilege. Threads would keep theirs.
