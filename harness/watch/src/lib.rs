@@ -1,6 +1,6 @@
 //! A permanent monitor and flight recorder: judges frames as they arrive, keeps the last ones on disk, and counts.
 //!
-//! [`Watch`] takes frames with their times and returns what was found; [`DiskRing`] keeps the frames of the last minutes in
+//! [`LiveWatch`] takes frames with their times and returns what was found; [`DiskRing`] keeps the frames of the last minutes in
 //! pcapng files, from which it saves an incident for each finding; [`WatchCounts`] is what a monitoring system collects. Memory does
 //! not grow with the number of frames. This crate opens no socket and no interface; whoever calls it does.
 
@@ -22,4 +22,4 @@ pub use line::{WatchLine, json_line, text_line};
 pub use prometheus::prometheus;
 pub use ring::{DiskRing, RingSettings};
 pub use screen::screen;
-pub use watch::Watch;
+pub use watch::LiveWatch;

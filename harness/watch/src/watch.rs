@@ -24,7 +24,7 @@ const LOSSES: Duration = Duration::from_secs(10);
 const MOST_RECENT: usize = 12;
 
 /// A permanent monitor.
-pub struct Watch<'a> {
+pub struct LiveWatch<'a> {
     replay: LiveReplay<'a>,
     counts: WatchCounts,
     ring: Option<DiskRing>,
@@ -44,10 +44,10 @@ struct OpenIncident {
     begun: Time,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> LiveWatch<'a> {
     /// Judges by the rules of `manuals` and keeps the frames in `ring`, if there is one.
-    pub fn new(manuals: &'a [Manual], ring: Option<DiskRing>) -> Watch<'a> {
-        Watch {
+    pub fn new(manuals: &'a [Manual], ring: Option<DiskRing>) -> LiveWatch<'a> {
+        LiveWatch {
             replay: LiveReplay::new(manuals),
             counts: WatchCounts::default(),
             ring,
@@ -66,7 +66,7 @@ impl<'a> Watch<'a> {
         self.number += 1;
         self.first.get_or_insert(time);
         self.last = time;
-        let Watch { replay, counts, ring, number, .. } = self;
+        let LiveWatch { replay, counts, ring, number, .. } = self;
         let bus = if link == LinkType::PROFIBUS { Bus::Profibus } else { Bus::Profinet };
         counts.frame(bus, time, original as usize);
         if let Some(ring) = ring {
@@ -112,7 +112,7 @@ impl<'a> Watch<'a> {
 
     /// What happened since the last call. To be called twice a second, when no frame before `now` is left to be taken in.
     pub fn tick(&mut self, now: Time) -> Vec<WatchLine> {
-        let Watch { replay, counts, .. } = self;
+        let LiveWatch { replay, counts, .. } = self;
         let found =
             replay.evaluate(now, &mut |bus, ars, time, observation| counts.observe(bus, ars, time, observation));
         self.take(found, now)

@@ -12,7 +12,7 @@ use encspec::verdict::Verdict;
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 use testing::DailySample;
-use virtual_wire::hostile::{HOSTILE_DEVICES, HostileDevice};
+use virtual_wire::hostile::{HOSTILE_DEVICES, HostileDevice, SpoiltFrames};
 
 static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| Suites::default().load().expect("the shipped suites"));
 
@@ -20,13 +20,23 @@ static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| Suites::default().load(
 const LONGEST_RUN: Duration = Duration::from_secs(120);
 
 /// Cases that touch every kind of frame, on either bus.
-const FILTERS: [&str; 4] = ["identification/", "preset/", "alarms/", "diagnosis/"];
+const FILTERS: [&str; 7] =
+    ["identification/", "preset/", "alarms/", "diagnosis/", "start-up/", "protocol-cyclic/", "protocol-alarms/"];
+
+/// Those of the filters that select something of a manual.
+fn filters(manual: &Manual) -> Vec<String> {
+    let has = |filter: &&str| {
+        let mut trials = manual.variants.iter().flat_map(|variant| &variant.trials);
+        trials.any(|trial| trial.id.contains(*filter))
+    };
+    FILTERS.into_iter().filter(has).map(str::to_owned).collect()
+}
 
 fn run(manual: &Manual, device: &HostileDevice) -> RunResult {
     let request = RunRequest {
         duts: vec![format!("null:{}", device.name)],
         device: Some(manual.device.name.clone()),
-        filter: FilterArgs { filters: FILTERS.map(str::to_owned).to_vec(), ..FilterArgs::default() },
+        filter: FilterArgs { filters: filters(manual), ..FilterArgs::default() },
         ..RunRequest::default()
     };
     let ready = request.ready(&MANUALS).map_err(|stop| stop.message).expect("a hostile device");
@@ -39,7 +49,12 @@ fn run(manual: &Manual, device: &HostileDevice) -> RunResult {
 /// The manuals of the bus of a device, another one each day.
 fn manual_of(device: &HostileDevice, index: usize) -> &'static Manual {
     let bus = if device.is_of_profibus { Bus::Profibus } else { Bus::Profinet };
-    let fitting: Vec<&Manual> = MANUALS.iter().filter(|manual| manual.device.bus.kind() == bus).collect();
+    // Not every manual has a case with alarms.
+    let fits = |manual: &&Manual| {
+        manual.device.bus.kind() == bus
+            && (device.frames != SpoiltFrames::Alarms || manual.device.name == "profinet-io")
+    };
+    let fitting: Vec<&Manual> = MANUALS.iter().filter(fits).collect();
     let day = DailySample::one_of(fitting.len() as u64).part().unwrap_or(0) as usize;
     fitting[(index + day) % fitting.len()]
 }

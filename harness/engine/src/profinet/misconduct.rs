@@ -9,9 +9,9 @@ use wire::ethernet::{EtherType, FrameHeader};
 use wire::profinet::rt::FrameId;
 
 /// So many copies of a frame within [`SOON`] are no repetition of an unanswered request.
-const MOST_COPIES: usize = 20;
+const MOST_COPIES: usize = 5;
 /// Repetitions of the protocols come later.
-const SOON: Duration = Duration::from_secs(1);
+const SOON: Duration = Duration::from_millis(100);
 /// Fewer cyclic frames that came twice, or in another order than they were sent, may be the network's.
 const MOST_ODD: u64 = 3;
 

@@ -174,11 +174,9 @@ pub fn receive_batch(socket: BorrowedFd<'_>, buffer: &mut [u8], into: &mut Vec<P
     into.clear();
     let mut controls = [ControlBuffer([0; 128]); BATCH];
     // SAFETY: structures of integers and pointers, for which zero is a value.
-    let (mut parts, mut froms, mut messages): (
-        [libc::iovec; BATCH],
-        [libc::sockaddr_ll; BATCH],
-        [libc::mmsghdr; BATCH],
-    ) = unsafe { (zeroed(), zeroed(), zeroed()) };
+    let (mut parts, mut froms): ([libc::iovec; BATCH], [libc::sockaddr_ll; BATCH]) = unsafe { (zeroed(), zeroed()) };
+    // SAFETY: as above.
+    let mut messages: [libc::mmsghdr; BATCH] = unsafe { zeroed() };
     let mut count = 0;
     for (place, piece) in buffer.chunks_exact_mut(BATCH_FRAME).take(BATCH).enumerate() {
         parts[place] = libc::iovec { iov_base: piece.as_mut_ptr().cast(), iov_len: piece.len() };

@@ -1,7 +1,7 @@
 //! Findings as they are decided.
 
 use crate::machine::{GOOD, STOP, findings, run, time};
-use encspec_watch::{Watch, WatchLine, json_line, prometheus};
+use encspec_watch::{LiveWatch, WatchLine, json_line, prometheus};
 use station::Duration;
 
 /// A finding comes no later than this after its fault.
@@ -9,7 +9,7 @@ const SOON: Duration = Duration::from_secs(2);
 
 #[test]
 fn a_machine_without_a_fault_has_no_finding_at_any_time() {
-    let mut watch = Watch::new(&[], None);
+    let mut watch = LiveWatch::new(&[], None);
     let lines = run(&mut watch, 0..20_000, |_, _| Some(GOOD));
     assert_eq!(findings(&lines), []);
     let (lines, counts) = watch.end();
@@ -19,7 +19,7 @@ fn a_machine_without_a_fault_has_no_finding_at_any_time() {
 
 #[test]
 fn each_fault_is_found_soon_and_once() {
-    let mut watch = Watch::new(&[], None);
+    let mut watch = LiveWatch::new(&[], None);
     let (stop, lost, again) = (5_000..5_400, 12_000..12_007, 30_000..30_007);
     let lines = run(&mut watch, 0..40_000, |from, cycle| match from {
         0x10 if stop.contains(&cycle) => Some(STOP),
@@ -37,7 +37,7 @@ fn each_fault_is_found_soon_and_once() {
 
 #[test]
 fn what_the_kernel_lost_is_a_loss_of_the_capture_and_nothing_else() {
-    let mut watch = Watch::new(&[], None);
+    let mut watch = LiveWatch::new(&[], None);
     let mut lines = run(&mut watch, 0..5_000, |_, _| Some(GOOD));
     watch.lost(400);
     lines.extend(run(&mut watch, 5_100..15_000, |_, _| Some(GOOD)));
@@ -52,7 +52,7 @@ fn what_the_kernel_lost_is_a_loss_of_the_capture_and_nothing_else() {
 
 #[test]
 fn a_side_that_falls_silent_for_good_is_found_when_its_watchdog_must_have_expired() {
-    let mut watch = Watch::new(&[], None);
+    let mut watch = LiveWatch::new(&[], None);
     let lines = run(&mut watch, 0..12_000, |from, cycle| (from != 0x12 || cycle < 5_000).then_some(GOOD));
     let found = findings(&lines);
     assert_eq!(found.iter().map(|(id, ..)| id.as_str()).collect::<Vec<_>>(), ["PN-CYCLE-SILENT"]);
@@ -63,7 +63,7 @@ fn a_side_that_falls_silent_for_good_is_found_when_its_watchdog_must_have_expire
 
 #[test]
 fn jitter_and_lost_frames_are_counted_by_direction() {
-    let mut watch = Watch::new(&[], None);
+    let mut watch = LiveWatch::new(&[], None);
     run(&mut watch, 0..10_000, |from, cycle| (from != 0x11 || cycle != 7_000).then_some(GOOD));
     let (_, counts) = watch.end();
     let of = &counts.connections[&("02:00:00:00:00:10".to_owned(), "02:00:00:00:00:11".to_owned())];
@@ -75,7 +75,7 @@ fn jitter_and_lost_frames_are_counted_by_direction() {
 
 #[test]
 fn a_finding_is_one_line_of_json_with_the_keys_of_a_report() {
-    let mut watch = Watch::new(&[], None);
+    let mut watch = LiveWatch::new(&[], None);
     let lines = run(&mut watch, 0..8_000, |from, cycle| Some(if from == 0x10 && cycle > 6_000 { STOP } else { GOOD }));
     let line = lines.iter().map(|(_, line)| json_line(line)).find(|line| line.contains("\"finding\"")).expect("one");
     assert_eq!(line.matches('\n').count(), 1);

@@ -1,7 +1,7 @@
 //! A running machine: cyclic frames of stations in pairs, without their Connect (IEC 61158-6-10: FrameID, data, cycle counter in units
 //! of 31.25 us, DataStatus, TransferStatus).
 
-use encspec_watch::{Watch, WatchLine};
+use encspec_watch::{LiveWatch, WatchLine};
 use station::{Duration, Time};
 use virtual_wire::capture::LinkType;
 
@@ -29,7 +29,7 @@ pub fn time(cycle: u64) -> Time {
 
 /// Passes `cycles` of two pairs of stations to the watch, as `change` makes them: no frame, or one with this status.
 pub fn run(
-    watch: &mut Watch<'_>,
+    watch: &mut LiveWatch<'_>,
     cycles: std::ops::Range<u64>,
     change: impl Fn(u8, u64) -> Option<u8>,
 ) -> Vec<(Time, WatchLine)> {

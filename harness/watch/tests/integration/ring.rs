@@ -1,7 +1,7 @@
 //! The ring on disk and the incidents saved from it.
 
 use crate::machine::{GOOD, STOP, run, time};
-use encspec_watch::{DiskRing, RingSettings, Watch, WatchLine};
+use encspec_watch::{DiskRing, LiveWatch, RingSettings, WatchLine};
 use station::{Duration, Time};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -55,7 +55,7 @@ fn packets(path: &Path) -> Vec<(Time, Option<String>)> {
 #[test]
 fn an_incident_has_the_frames_from_30_s_before_to_10_s_after_and_the_finding_as_a_comment() {
     let folder = RecorderFolder::new("incident");
-    let mut watch = Watch::new(&[], Some(folder.ring(100_000_000)));
+    let mut watch = LiveWatch::new(&[], Some(folder.ring(100_000_000)));
     let stop = 40_000..40_300;
     let lines =
         run(&mut watch, 0..60_000, |from, cycle| Some(if from == 0x10 && stop.contains(&cycle) { STOP } else { GOOD }));
@@ -86,7 +86,7 @@ fn an_incident_has_the_frames_from_30_s_before_to_10_s_after_and_the_finding_as_
 fn the_ring_keeps_to_its_size_and_its_files_are_whole() {
     let folder = RecorderFolder::new("size");
     let size = 2_000_000;
-    let mut watch = Watch::new(&[], Some(folder.ring(size)));
+    let mut watch = LiveWatch::new(&[], Some(folder.ring(size)));
     run(&mut watch, 0..30_000, |_, _| Some(GOOD));
     let (_, counts) = watch.end();
     assert_eq!(counts.lost_by_ring, 0);
@@ -101,13 +101,13 @@ fn the_ring_keeps_to_its_size_and_its_files_are_whole() {
 #[test]
 fn a_ring_goes_on_where_an_earlier_one_ended_and_begins_a_new_file_when_asked() {
     let folder = RecorderFolder::new("again");
-    let mut watch = Watch::new(&[], Some(folder.ring(50_000_000)));
+    let mut watch = LiveWatch::new(&[], Some(folder.ring(50_000_000)));
     run(&mut watch, 0..1_000, |_, _| Some(GOOD));
     watch.rotate();
     run(&mut watch, 1_000..2_000, |_, _| Some(GOOD));
     watch.end();
     assert_eq!(folder.files("ring-").len(), 2);
-    let mut watch = Watch::new(&[], Some(folder.ring(50_000_000)));
+    let mut watch = LiveWatch::new(&[], Some(folder.ring(50_000_000)));
     run(&mut watch, 2_000..3_000, |_, _| Some(GOOD));
     watch.end();
     let files = folder.files("ring-");

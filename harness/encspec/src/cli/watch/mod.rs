@@ -17,7 +17,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use suite::model::Manual;
 use suite_yaml::load;
 use virtual_wire::capture::LinkType;
-use watch::{DiskRing, RingSettings, Watch, WatchLine};
+use watch::{DiskRing, LiveWatch, RingSettings, WatchLine};
 use wire::profibus::fdl::BaudRate;
 
 const EXAMPLE: &str = "\
@@ -141,7 +141,7 @@ pub(super) fn watch(args: &WatchArgs) -> CommandResult {
         warnings,
         time_stamps: source.time_stamps(),
     }]);
-    let mut watch = Watch::new(&manuals, ring);
+    let mut watch = LiveWatch::new(&manuals, ring);
     let ended = run(args, &mut source, &mut watch, &mut outputs);
     let (lines, counts) = watch.end();
     outputs.pass_on(&lines);
@@ -156,7 +156,7 @@ pub(super) fn watch(args: &WatchArgs) -> CommandResult {
 fn run(
     args: &WatchArgs,
     source: &mut Source,
-    watch: &mut Watch<'_>,
+    watch: &mut LiveWatch<'_>,
     outputs: &mut Outputs,
 ) -> Result<(), CommandError> {
     let begun = Instant::now();

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
-use watch::{Watch, WatchCounts, WatchLine, json_line, prometheus, screen, text_line};
+use watch::{LiveWatch, WatchCounts, WatchLine, json_line, prometheus, screen, text_line};
 
 /// A hook is ended after this time.
 const HOOK_TIME: Duration = Duration::from_secs(10);
@@ -131,7 +131,7 @@ impl Outputs {
     }
 
     /// Shows the counts.
-    pub fn update(&mut self, watch: &Watch<'_>) {
+    pub fn update(&mut self, watch: &LiveWatch<'_>) {
         if self.server.is_some()
             && let Ok(mut counts) = self.counts.lock()
         {

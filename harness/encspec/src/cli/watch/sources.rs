@@ -12,7 +12,7 @@ use std::thread;
 use virtual_wire::CaptureReader;
 use virtual_wire::capture::{CaptureItem, LinkType, NotACapture};
 use virtual_wire::record::Joiner;
-use watch::Watch;
+use watch::LiveWatch;
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
 /// How long a source waits for frames before the watch goes on.
@@ -171,7 +171,7 @@ impl Source {
     }
 
     /// Passes the frames that have arrived to the watch; waits for some a moment.
-    pub fn receive(&mut self, watch: &mut Watch<'_>) -> Result<Received, CommandError> {
+    pub fn receive(&mut self, watch: &mut LiveWatch<'_>) -> Result<Received, CommandError> {
         match self {
             Source::Nic(of) => Ok(of.receive(watch)),
             Source::Serial(of) => Ok(of.receive(watch)),
@@ -181,7 +181,7 @@ impl Source {
 }
 
 impl NicSource {
-    fn receive(&mut self, watch: &mut Watch<'_>) -> Received {
+    fn receive(&mut self, watch: &mut LiveWatch<'_>) -> Received {
         let until = self.clock.now() + WAIT;
         if self.is_gone {
             pause(&self.clock, self.clock.now() + TRY_AGAIN);
@@ -221,7 +221,7 @@ impl SerialSource {
         self.begun + self.clock.now().since(Time::ZERO)
     }
 
-    fn receive(&mut self, watch: &mut Watch<'_>) -> Received {
+    fn receive(&mut self, watch: &mut LiveWatch<'_>) -> Received {
         let mut received = Received { is_open: true, is_drained: true, note: None };
         if self.is_gone {
             if self.line.recover(&self.clock, self.clock.now() + TRY_AGAIN).is_ok() {
@@ -293,7 +293,7 @@ fn read_input() -> Receiver<InputItem> {
     receiver
 }
 
-fn receive_input(input: &Receiver<InputItem>, watch: &mut Watch<'_>) -> Result<Received, CommandError> {
+fn receive_input(input: &Receiver<InputItem>, watch: &mut LiveWatch<'_>) -> Result<Received, CommandError> {
     let mut received = Received { is_open: true, is_drained: false, note: None };
     for _ in 0..AT_ONCE {
         match input.recv_timeout(WAIT) {
