@@ -3,7 +3,7 @@
 //! `names` collects the names and values of a manual, `sequence` draws activities from them, `schedule` puts these in order
 //! and makes steps of them, and [`topic`] writes sequences as a topic file. A sequence expects nothing.
 //!
-//! [`bench`] runs a sequence on a device and records what it does, [`difference`] compares that with the reference device, [`learn`]
+//! [`mod@bench`] runs a sequence on a device and records what it does, [`difference`] compares that with the reference device, [`learn`]
 //! finds the permitted variations that explain a difference, [`mod@minimise`] shortens the sequence, [`case`] writes it as a case, and
 //! [`campaign`] does all of it until its limit.
 

@@ -78,7 +78,7 @@ pub struct DirectionCounts {
     pub overtaken: u64,
     /// Changes of the DataStatus.
     pub status_changes: u64,
-    /// Deviations of the intervals from the cycle by [`JITTER_LIMITS_US`].
+    /// Deviations of the intervals from the cycle by `JITTER_LIMITS_US`.
     pub jitter: [u64; JITTER_LIMITS_US.len() + 1],
     pub jitter_sum: Duration,
     /// The sum of the intervals, which gives the update rate.
