@@ -37,28 +37,10 @@ pub(super) fn not_run(
             covers.push(Covered { requirement, id: manual.requirements[requirement].id.clone(), verdict });
         }
     }
-    let case = CaseResult {
-        id: format!("{}/{}", manual.device.name, trial.id),
-        kind: CaseKind::Trial,
-        why: trial.why.clone(),
-        verdict,
-        level: level(manual, &covers, verdict),
-        covers,
-        reason: Some(reason),
-        failures: Vec::new(),
-        readings: Vec::new(),
-        saved: Vec::new(),
-        notes: Vec::new(),
-        decided: None,
-        duration: std::time::Duration::ZERO,
-        frames: 0,
-        at: trial.at.clone(),
-        evidence: None,
-        evidence_sha256: None,
-        repeats: 0,
-        passed_in_attempt: None,
-        bench_lines,
-    };
+    let id = format!("{}/{}", manual.device.name, trial.id);
+    let judged = (verdict, level(manual, &covers, verdict));
+    let result = CaseResult::new(id, CaseKind::Trial, trial.why.clone(), judged, trial.at.clone());
+    let case = CaseResult { covers, reason: Some(reason), bench_lines, ..result };
     let not_judged = TrialRuleResult { decided: DecisionCounts::default(), broken: None, slow: None, disturbed: false };
     TrialOutcome {
         case,

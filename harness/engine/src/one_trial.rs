@@ -307,27 +307,17 @@ fn outcome(mut run: RunningTrial<'_>, decided: Option<(Verdict, CaseFailure)>, d
     };
     let findings = run.findings.into_iter().map(finding).collect();
     let slow = run.slow.iter().map(|(step, within, slow)| slow.note(within, &step.text));
+    let id = format!("{}/{}", manual.device.name, trial.id);
     let case = CaseResult {
-        id: format!("{}/{}", manual.device.name, trial.id),
-        kind: CaseKind::Trial,
-        why: trial.why.clone(),
-        verdict,
-        level,
         covers,
         reason: (verdict != Verdict::Pass).then_some(reason).flatten(),
         failures,
         readings: run.readings,
         saved,
         notes: slow.chain(run.notes).chain(objections).collect(),
-        decided: None,
         duration: run.world.now().since(Time::ZERO),
         frames: run.world.trace.len() as u64,
-        at: trial.at.clone(),
-        evidence: None,
-        evidence_sha256: None,
-        repeats: 0,
-        passed_in_attempt: None,
-        bench_lines: Vec::new(),
+        ..CaseResult::new(id, CaseKind::Trial, trial.why.clone(), (verdict, level), trial.at.clone())
     };
     let bus = run.world.stations.bus_statistics();
     TrialOutcome {
@@ -424,28 +414,8 @@ mod tests {
 
     fn attempt(verdict: Verdict, is_rule_broken: bool) -> TrialOutcome {
         let at = Location { file: Arc::new(PathBuf::from("a.yaml")), line: 1, column: 1 };
-        let case = CaseResult {
-            id: "a/b/c".into(),
-            kind: CaseKind::Trial,
-            why: String::new(),
-            verdict,
-            level: Level::Must,
-            covers: Vec::new(),
-            reason: None,
-            failures: Vec::new(),
-            readings: Vec::new(),
-            saved: Vec::new(),
-            notes: Vec::new(),
-            decided: None,
-            duration: std::time::Duration::ZERO,
-            frames: 0,
-            at: at.clone(),
-            evidence: None,
-            evidence_sha256: None,
-            repeats: 0,
-            passed_in_attempt: None,
-            bench_lines: Vec::new(),
-        };
+        let judged = (verdict, Level::Must);
+        let case = CaseResult::new("a/b/c".into(), CaseKind::Trial, String::new(), judged, at.clone());
         let failure = CaseFailure {
             blame: FailureCause::Device,
             what: String::new(),

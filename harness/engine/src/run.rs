@@ -212,26 +212,8 @@ fn rule_result(
         .iter()
         .map(|&requirement| Covered { requirement, id: manual.requirements[requirement].id.clone(), verdict })
         .collect();
-    CaseResult {
-        id: format!("{}/{}", manual.device.name, rule.id),
-        kind: CaseKind::Rule,
-        why: rule.why.clone(),
-        verdict,
-        level: level(manual, &covers, verdict),
-        covers,
-        reason,
-        failures,
-        readings: Vec::new(),
-        saved: Vec::new(),
-        notes,
-        decided: Some(decided),
-        duration: std::time::Duration::ZERO,
-        frames: decided.checked,
-        at: rule.at.clone(),
-        evidence: None,
-        evidence_sha256: None,
-        repeats: 0,
-        passed_in_attempt: None,
-        bench_lines: Vec::new(),
-    }
+    let id = format!("{}/{}", manual.device.name, rule.id);
+    let judged = (verdict, level(manual, &covers, verdict));
+    let result = CaseResult::new(id, CaseKind::Rule, rule.why.clone(), judged, rule.at.clone());
+    CaseResult { covers, reason, failures, notes, decided: Some(decided), frames: decided.checked, ..result }
 }

@@ -319,6 +319,38 @@ pub struct CaseResult {
 pub const SLOW: &str = "slow: ";
 
 impl CaseResult {
+    /// A result of which nothing else is known: without reason, notes, frames and evidence.
+    pub fn new(
+        id: String,
+        kind: CaseKind,
+        why: String,
+        (verdict, level): (Verdict, Level),
+        at: Location,
+    ) -> CaseResult {
+        CaseResult {
+            id,
+            kind,
+            why,
+            verdict,
+            level,
+            covers: Vec::new(),
+            reason: None,
+            failures: Vec::new(),
+            readings: Vec::new(),
+            saved: Vec::new(),
+            notes: Vec::new(),
+            decided: None,
+            duration: Duration::ZERO,
+            frames: 0,
+            at,
+            evidence: None,
+            evidence_sha256: None,
+            repeats: 0,
+            passed_in_attempt: None,
+            bench_lines: Vec::new(),
+        }
+    }
+
     /// The notes on what was later than a limit which no manual prints.
     pub fn slow(&self) -> impl Iterator<Item = &str> {
         self.notes.iter().map(String::as_str).filter(|note| note.starts_with(SLOW))

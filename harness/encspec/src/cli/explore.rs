@@ -188,28 +188,11 @@ fn case_result(
         next: format!("Find it again: {line}"),
         before_test: false,
     };
-    Ok(CaseResult {
-        id: format!("{}/explored-{number}", spec.manual),
-        kind: CaseKind::Trial,
-        why: format!("{} is as on the reference device.", finding.name),
-        verdict: if finding.is_stable { Verdict::Fail } else { Verdict::Inconclusive },
-        level: Level::Must,
-        covers: Vec::new(),
-        reason: Some(what),
-        failures: vec![failure],
-        readings: Vec::new(),
-        saved: Vec::new(),
-        notes: Vec::new(),
-        decided: None,
-        duration: Duration::ZERO,
-        frames: 0,
-        at,
-        evidence: None,
-        evidence_sha256: None,
-        repeats: 0,
-        passed_in_attempt: None,
-        bench_lines: Vec::new(),
-    })
+    let id = format!("{}/explored-{number}", spec.manual);
+    let why = format!("{} is as on the reference device.", finding.name);
+    let verdict = if finding.is_stable { Verdict::Fail } else { Verdict::Inconclusive };
+    let result = CaseResult::new(id, CaseKind::Trial, why, (verdict, Level::Must), at);
+    Ok(CaseResult { reason: Some(what), failures: vec![failure], ..result })
 }
 
 fn run_result(spec: &DutSpec, cases: Vec<CaseResult>) -> RunResult {

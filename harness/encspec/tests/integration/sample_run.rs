@@ -18,27 +18,12 @@ pub fn at(line: u32) -> Location {
 
 /// A case with this verdict and level that covers `ACME-001`.
 pub fn case(id: &str, kind: CaseKind, verdict: Verdict, level: Level) -> CaseResult {
+    let why = format!("The sentence of {id}.");
     CaseResult {
-        id: format!("acme-profinet/{id}"),
-        kind,
-        why: format!("The sentence of {id}."),
-        verdict,
-        level,
         covers: vec![Covered { requirement: 0, id: "ACME-001".into(), verdict }],
-        reason: None,
-        failures: Vec::new(),
-        readings: Vec::new(),
-        saved: Vec::new(),
-        notes: Vec::new(),
-        decided: None,
         duration: Duration::from_millis(1500),
         frames: 120,
-        at: at(7),
-        evidence: None,
-        evidence_sha256: None,
-        repeats: 0,
-        passed_in_attempt: None,
-        bench_lines: Vec::new(),
+        ..CaseResult::new(format!("acme-profinet/{id}"), kind, why, (verdict, level), at(7))
     }
 }
 
