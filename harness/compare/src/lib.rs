@@ -3,7 +3,7 @@
 //! [`extract`] extracts from a capture the conversation in the names of the manual ([`conversation`]). The actions of the controller become a
 //! script ([`mod@script`], with its timing [`timed_script`]) that the engine runs ([`drive`]), with the shaft at its position ([`shaft_position`]) and
 //! with its movement ([`motion`], [`shaft_motion`]). The two conversations are compared ([`mod@compare`], [`masks`]), except for values that
-//! cannot be known ([`shaft_dependence`]). [`mod@shrink`] finds the shortest script that still differs, and [`write_case`] writes it as a case.
+//! cannot be known ([`shaft_dependence`]). [`mod@shrink`] finds the shortest script that still differs ([`minimal`]), and [`write_case`] writes it as a case.
 
 #![allow(missing_docs, reason = "an internal crate; names that say everything have no sentence")]
 
@@ -15,6 +15,7 @@ pub mod conversation;
 pub mod drive;
 pub mod extract;
 pub mod masks;
+pub mod minimal;
 pub mod motion;
 pub mod report;
 pub mod script;

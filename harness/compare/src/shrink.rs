@@ -3,13 +3,14 @@
 //! It applies delta debugging to the steps (ddmin: Zeller and Hildebrandt, 2002), then to the contents of each step. A case is returned
 //! only after it was loaded, passed on the reference device and failed on the other one. This module must not know frames.
 
-use super::action::{ConnectAction, ControllerAction};
+use super::action::ControllerAction;
 use super::capture::not_drivable;
 use super::checks::{self, DifferenceChecks};
 use super::compare::{Difference, DifferenceKind, compare};
 use super::conversation::Conversation;
 use super::drive::{CannotDrive, ScriptBench};
 use super::masks::Masks;
+use super::minimal::{fewest, one_less, simplest};
 use super::report::related;
 use super::script::script;
 use super::shaft_dependence::{ShaftDependence, UNKNOWN};
@@ -146,70 +147,10 @@ impl Shrinker<'_, '_> {
         script: Vec<ControllerAction>,
         target: &ShrinkTarget,
     ) -> Result<Vec<ControllerAction>, CannotDrive> {
-        let script = self.fewer(script, &mut |work, steps| work.differs(steps, target))?;
-        let script = self.simpler(script, target)?;
-        self.fewer(script, &mut |work, steps| work.differs(steps, target))
-    }
-
-    /// ddmin: removes as much as possible while `still` returns true.
-    #[allow(clippy::type_complexity, reason = "a name for the question would say no more than its type")]
-    fn fewer<T: Clone>(
-        &mut self,
-        mut steps: Vec<T>,
-        still: &mut dyn FnMut(&mut Self, &[T]) -> Result<bool, CannotDrive>,
-    ) -> Result<Vec<T>, CannotDrive> {
-        let mut parts = 2;
-        while steps.len() >= 2 {
-            let size = steps.len().div_ceil(parts);
-            let mut reduced = None;
-            for begin in (0..steps.len()).step_by(size).rev() {
-                let mut rest = steps.clone();
-                rest.drain(begin..(begin + size).min(steps.len()));
-                if still(self, &rest)? {
-                    reduced = Some(rest);
-                    break;
-                }
-            }
-            match reduced {
-                Some(rest) => {
-                    steps = rest;
-                    parts = (parts - 1).max(2);
-                }
-                None if size == 1 => break,
-                None => parts = (parts * 2).min(steps.len()),
-            }
-        }
-        Ok(steps)
-    }
-
-    /// Removes contents of the steps: names, settings, time.
-    fn simpler(
-        &mut self,
-        mut script: Vec<ControllerAction>,
-        target: &ShrinkTarget,
-    ) -> Result<Vec<ControllerAction>, CannotDrive> {
-        for place in 0..script.len() {
-            loop {
-                let step = script.get(place).cloned();
-                let Some(smaller) = step.map(|step| smaller(&step)) else { break };
-                let mut taken = false;
-                for step in smaller {
-                    let mut trial = script.clone();
-                    if let Some(known) = trial.get_mut(place) {
-                        *known = step;
-                    }
-                    if self.differs(&trial, target)? {
-                        script = trial;
-                        taken = true;
-                        break;
-                    }
-                }
-                if !taken {
-                    break;
-                }
-            }
-        }
-        Ok(script)
+        let mut still = |steps: &[ControllerAction]| self.differs(steps, target);
+        let script = fewest(script, &mut still)?;
+        let script = simplest(script, smaller, &mut still)?;
+        fewest(script, &mut still)
     }
 
     /// The first form of the difference that passes on the reference device and fails on the other one.
@@ -266,8 +207,8 @@ impl Shrinker<'_, '_> {
 
     /// Removes lines that a case does not need.
     fn shorter(&mut self, case: WrittenCase) -> Result<WrittenCase, CannotDrive> {
-        let steps = self.fewer(case.steps.clone(), &mut |work, steps: &[CaseLine]| {
-            work.is_confirmed(&WrittenCase { steps: steps.to_vec(), ..case.clone() })
+        let steps = fewest(case.steps.clone(), &mut |steps: &[CaseLine]| {
+            self.is_confirmed(&WrittenCase { steps: steps.to_vec(), ..case.clone() })
         })?;
         Ok(WrittenCase { steps, ..case })
     }
@@ -321,38 +262,15 @@ impl Shrinker<'_, '_> {
     }
 }
 
-/// The same step with one thing removed.
+/// The same step with one thing removed, or a shorter wait.
 fn smaller(step: &ControllerAction) -> Vec<ControllerAction> {
-    fn without<T: Clone>(list: &[T]) -> Vec<Vec<T>> {
-        let one_less = |leave: usize| {
-            let kept = list.iter().enumerate().filter(|(place, _)| *place != leave);
-            kept.map(|(_, item)| item.clone()).collect()
-        };
-        (0..list.len()).map(one_less).collect()
-    }
     match step {
-        ControllerAction::Set(entries) if entries.len() > 1 => {
-            without(entries).into_iter().map(ControllerAction::Set).collect()
-        }
-        ControllerAction::Write(entries) if entries.len() > 1 => {
-            without(entries).into_iter().map(ControllerAction::Write).collect()
-        }
-        ControllerAction::Read(names) if names.len() > 1 => {
-            // A single name first, since a record has many.
-            let alone = names.iter().map(|name| ControllerAction::Read(vec![name.clone()]));
-            alone.chain(without(names).into_iter().map(ControllerAction::Read)).collect()
-        }
-        ControllerAction::Connect(of) => {
-            let settings = without(&of.settings).into_iter().map(|settings| ConnectAction { settings, ..of.clone() });
-            let instead = without(&of.instead).into_iter().map(|instead| ConnectAction { instead, ..of.clone() });
-            settings.chain(instead).map(ControllerAction::Connect).collect()
-        }
         ControllerAction::Wait(long) if *long > Duration::from_millis(20) => {
             vec![
                 ControllerAction::Wait(Duration::from_millis(10)),
                 ControllerAction::Wait(Duration::from_millis((long.as_millis() / 2) as u64)),
             ]
         }
-        _ => Vec::new(),
+        other => one_less(other),
     }
 }
