@@ -5,7 +5,7 @@
 
 use std::fmt;
 use std::io;
-use std::os::fd::{AsFd, OwnedFd};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::interfaces::{escaped, interface_names};
@@ -53,16 +53,7 @@ impl Nic {
     /// The interface must exist, be up and carry Ethernet frames; the process needs root or CAP_NET_RAW. Waits up to 3 s for the
     /// carrier, but succeeds without it: see [`Port::carrier`].
     pub fn open(name: &str) -> Result<Nic, LinkError> {
-        let label = escaped(name);
-        let unusable = |error: io::Error| match error.kind() {
-            io::ErrorKind::PermissionDenied => no_privilege(&label),
-            _ => LinkError::Unusable(format!("the interface {label} cannot be opened: {error}")),
-        };
-        check(name)?;
-        let socket = packet::open().map_err(unusable)?;
-        let facts = require_usable(&label, packet::interface_status(socket.as_fd(), name).map_err(unusable)?)?;
-        let headed = packet::enable_metadata(socket.as_fd()).map_err(unusable)?;
-        packet::bind(socket.as_fd(), facts.index).map_err(unusable)?;
+        let (socket, facts, headed) = open_socket(name, |_| Ok(()))?;
         let buffer = vec![0; BUFFER].into_boxed_slice();
         let outgoing = Vec::new();
         let nic = Nic {
@@ -251,8 +242,28 @@ pub(crate) fn fill_in_checksum(frame: &mut [u8], start: usize, offset: usize) {
     covered[offset..offset + 2].copy_from_slice(&checksum.to_be_bytes());
 }
 
+/// Opens a packet socket at an interface and sets it up with `prepare` before it receives: the socket, what the kernel says of the
+/// interface, and whether each frame has a virtio header.
+pub(crate) fn open_socket(
+    name: &str,
+    prepare: impl FnOnce(BorrowedFd<'_>) -> io::Result<()>,
+) -> Result<(OwnedFd, InterfaceStatus, bool), LinkError> {
+    let label = escaped(name);
+    let unusable = |error: io::Error| match error.kind() {
+        io::ErrorKind::PermissionDenied => no_privilege(&label),
+        _ => LinkError::Unusable(format!("the interface {label} cannot be opened: {error}")),
+    };
+    check(name)?;
+    let socket = packet::open().map_err(unusable)?;
+    let status = require_usable(&label, packet::interface_status(socket.as_fd(), name).map_err(unusable)?)?;
+    let has_virtio_header = packet::enable_metadata(socket.as_fd()).map_err(unusable)?;
+    prepare(socket.as_fd()).map_err(unusable)?;
+    packet::bind(socket.as_fd(), status.index).map_err(unusable)?;
+    Ok((socket, status, has_virtio_header))
+}
+
 /// Checks the interface `name` as far as this needs no privilege.
-pub(crate) fn check(name: &str) -> Result<(), LinkError> {
+fn check(name: &str) -> Result<(), LinkError> {
     let label = escaped(name);
     let known = crate::interfaces();
     let Some(found) = known.iter().find(|known| known.name == name) else { return Err(absent(&label)) };
@@ -291,7 +302,7 @@ fn down(label: &str) -> LinkError {
     LinkError::Unusable(format!("the interface {label} is down: bring it up with `ip link set {label} up`"))
 }
 
-pub(crate) fn no_privilege(label: &str) -> LinkError {
+fn no_privilege(label: &str) -> LinkError {
     let program =
         std::env::current_exe().map_or_else(|_| "encspec".to_string(), |path| escaped(&path.to_string_lossy()));
     LinkError::Unusable(format!(

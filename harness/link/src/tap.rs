@@ -5,7 +5,7 @@ use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 
 use crate::interfaces::escaped;
-use crate::nic::{ADDRESSES, NEEDS_CHECKSUM, check, fill_in_checksum, no_privilege, removed, require_usable};
+use crate::nic::{ADDRESSES, NEEDS_CHECKSUM, fill_in_checksum, open_socket, removed, require_usable};
 use crate::sys::packet::{self, BATCH, BATCH_FRAME, PacketMetadata, VIRTIO_HEAD};
 use crate::sys::{PollEvent, wait};
 use crate::{Clock, LinkError};
@@ -50,17 +50,8 @@ impl fmt::Debug for NicTap {
 impl NicTap {
     /// Opens the interface `name`, which must exist, be up and carry Ethernet frames; needs root or CAP_NET_RAW.
     pub fn open(name: &str) -> Result<NicTap, LinkError> {
-        let label = escaped(name);
-        let unusable = |error: io::Error| match error.kind() {
-            io::ErrorKind::PermissionDenied => no_privilege(&label),
-            _ => LinkError::Unusable(format!("the interface {label} cannot be opened: {error}")),
-        };
-        check(name)?;
-        let socket = packet::open().map_err(unusable)?;
-        let status = require_usable(&label, packet::interface_status(socket.as_fd(), name).map_err(unusable)?)?;
-        let has_virtio_header = packet::enable_metadata(socket.as_fd()).map_err(unusable)?;
-        packet::enable_watching(socket.as_fd(), RECEIVE_BUFFER).map_err(unusable)?;
-        packet::bind(socket.as_fd(), status.index).map_err(unusable)?;
+        let (socket, _, has_virtio_header) =
+            open_socket(name, |socket| packet::enable_watching(socket, RECEIVE_BUFFER))?;
         Ok(NicTap {
             name: name.to_string(),
             socket,
