@@ -55,3 +55,16 @@ pub fn replayed(octets: &[u8]) {
         std::hint::black_box(serde_json::to_string(&report).expect("a report is JSON"));
     }
 }
+
+/// Reads bytes with a function, writes what was read and reads it again: both have to be the same.
+#[macro_export]
+macro_rules! twice {
+    ($read:expr, $octets:expr) => {
+        if let Ok(first) = $read($octets) {
+            let mut written = Vec::new();
+            first.write(&mut written);
+            let again = $read(&written);
+            assert_eq!(again.as_ref(), Ok(&first), "written as {written:02X?}");
+        }
+    };
+}

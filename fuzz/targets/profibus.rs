@@ -1,6 +1,7 @@
 //! Each format of PROFIBUS alone; the first byte says which. What was read is written and read again, and is the same.
 #![no_main]
 
+use encspec_fuzz::twice;
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::call::{Call, DpIm0};
 use wire::profibus::cfg::Identifier;
@@ -9,18 +10,6 @@ use wire::profibus::dpv1::{Dpv1Pdu, PduDirection};
 use wire::profibus::fdl::FdlFrame;
 use wire::profibus::global_control::GlobalControl;
 use wire::profibus::prm::{Isochronous, PrmBlock, SetPrm};
-
-/// Reads, writes and reads again.
-macro_rules! twice {
-    ($read:expr, $octets:expr) => {
-        if let Ok(first) = $read($octets) {
-            let mut written = Vec::new();
-            first.write(&mut written);
-            let again = $read(&written);
-            assert_eq!(again.as_ref(), Ok(&first), "written as {written:02X?}");
-        }
-    };
-}
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| {
     let Some((which, octets)) = data.split_first() else { return };

@@ -1,6 +1,7 @@
 //! Each format of PROFINET and PROFIdrive alone; the first byte says which. What was read is written and read again, and is the same.
 #![no_main]
 
+use encspec_fuzz::twice;
 use wire::datagram::{Datagram, arp::Arp};
 use wire::ethernet::FrameHeader;
 use wire::http::{HttpRequest, HttpResponse};
@@ -12,18 +13,6 @@ use wire::profinet::dcp::Dcp;
 use wire::profinet::diagnosis::DiagnosisData;
 use wire::profinet::rpc::{NdrRequest, NdrResponse, RpcPdu};
 use wire::profinet::rt::CyclicFrame;
-
-/// Reads, writes and reads again.
-macro_rules! twice {
-    ($read:expr, $octets:expr) => {
-        if let Ok(first) = $read($octets) {
-            let mut written = Vec::new();
-            first.write(&mut written);
-            let again = $read(&written);
-            assert_eq!(again.as_ref(), Ok(&first), "written as {written:02X?}");
-        }
-    };
-}
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| {
     let Some((which, octets)) = data.split_first() else { return };
