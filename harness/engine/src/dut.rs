@@ -52,13 +52,10 @@ pub enum NullPeer {
 }
 
 impl NullPeer {
-    /// The words of `--dut null:WORD`, without those of [`HOSTILE_DEVICES`].
-    pub const WORDS: [&'static str; 6] = ["absent", "silent", "reflector", "babbler", "wrong-identity", "dies-after-N"];
-
-    /// All words of `--dut null:WORD`.
-    fn words() -> String {
-        let hostile = HOSTILE_DEVICES.iter().map(|device| device.name);
-        NullPeer::WORDS.into_iter().chain(hostile).collect::<Vec<_>>().join(", ")
+    /// The words of `--dut null:WORD`.
+    pub fn words() -> impl Iterator<Item = &'static str> + Clone {
+        let own = ["absent", "silent", "reflector", "babbler", "wrong-identity", "dies-after-N"];
+        own.into_iter().chain(HOSTILE_DEVICES.iter().map(|device| device.name))
     }
 }
 
@@ -76,7 +73,10 @@ impl FromStr for NullPeer {
                 Some(Ok(frames)) => NullPeer::DiesAfter(frames),
                 _ => match HOSTILE_DEVICES.iter().find(|device| device.name == word) {
                     Some(device) => NullPeer::Hostile(device),
-                    None => return Err(format!("unknown null:{word}; known are {}", NullPeer::words())),
+                    None => {
+                        let known: Vec<&str> = NullPeer::words().collect();
+                        return Err(format!("unknown null:{word}; known are {}", known.join(", ")));
+                    }
                 },
             },
         })
@@ -253,12 +253,16 @@ impl DutSpec {
                 let rewrite = if is_slave { other_ident } else { other_identity };
                 on.put(PeerWithoutStand(RewritingDevice::new(device, rewrite), NoStand))
             }
-            DutKind::Null(NullPeer::DiesAfter(frames)) => on.put(DyingDevice(DiesAfter::new(model(&[])?, *frames))),
+            DutKind::Null(NullPeer::DiesAfter(frames)) => {
+                on.put(ChangedModel { station: DiesAfter::new(model(&[])?, *frames), model: DiesAfter::station_mut })
+            }
             DutKind::Null(NullPeer::Hostile(how)) if how.is_of_profibus != is_slave => {
                 let bus = if how.is_of_profibus { "PROFIBUS" } else { "PROFINET" };
                 return Err(format!("null:{} is a device on {bus}", how.name));
             }
-            DutKind::Null(NullPeer::Hostile(how)) => on.put(HostileOnStand(SpoiltDevice::new(model(&[])?, how))),
+            DutKind::Null(NullPeer::Hostile(how)) => {
+                on.put(ChangedModel { station: SpoiltDevice::new(model(&[])?, how), model: SpoiltDevice::station_mut })
+            }
         })
     }
 }
@@ -302,29 +306,19 @@ fn shaft(id: &str) -> u64 {
     hash % 0x3_0000 + 0x1001
 }
 
-/// A reference device that falls silent; its stand keeps working.
-struct DyingDevice<'a>(DiesAfter<ModelOnStand<'a>>);
-
-impl DeviceOnStand for DyingDevice<'_> {
-    fn station(&mut self) -> &mut dyn Station {
-        &mut self.0
-    }
-
-    fn stand(&mut self) -> &mut dyn Stand {
-        self.0.station_mut()
-    }
+/// A reference device inside a station that changes or loses its frames; its stand keeps working.
+struct ChangedModel<'a, S> {
+    station: S,
+    model: fn(&mut S) -> &mut ModelOnStand<'a>,
 }
 
-/// A reference device whose frames are spoilt; its stand is not.
-struct HostileOnStand<'a>(SpoiltDevice<ModelOnStand<'a>>);
-
-impl DeviceOnStand for HostileOnStand<'_> {
+impl<S: Station> DeviceOnStand for ChangedModel<'_, S> {
     fn station(&mut self) -> &mut dyn Station {
-        &mut self.0
+        &mut self.station
     }
 
     fn stand(&mut self) -> &mut dyn Stand {
-        self.0.station_mut()
+        (self.model)(&mut self.station)
     }
 }
 

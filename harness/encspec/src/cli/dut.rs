@@ -1,11 +1,13 @@
 //! Parses `--dut` and `--device`: which devices are tested.
 
+use super::CommandError;
 use super::live::LiveTarget;
 use engine::{DutKind, DutSpec, NullPeer};
 use plain_text::nearest;
 use results::bench_file::{DeviceClaim, LinkSpec};
 use std::path::{Path, PathBuf};
 use suite::model::Manual;
+use suite_yaml::{Sources, load};
 
 /// The devices that a command line names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -152,8 +154,21 @@ pub(super) fn claim<'a>(what: &str, manuals: &'a [Manual]) -> Result<Vec<(&'a Ma
     }
 }
 
+/// The manuals that judge captures and live traffic: all, the one of `MANUAL[/VARIANT]`, or that with one variant only.
+pub(super) fn claimed_manuals(sources: &Sources, device: Option<&str>) -> Result<Vec<Manual>, CommandError> {
+    let name = device.map(|device| device.split_once('/').map_or(device, |(name, _)| name));
+    let mut manuals = load(sources, name)?;
+    let Some(device) = device else { return Ok(manuals) };
+    let claimed = claim(device, &manuals).map_err(CommandError::usage)?;
+    let claimed: Vec<String> = claimed.into_iter().map(|(_, variant)| variant.to_owned()).collect();
+    for manual in &mut manuals {
+        manual.variants.retain(|of| claimed.contains(&of.name));
+    }
+    Ok(manuals)
+}
+
 fn null_device_kind(what: &str) -> Result<NullPeer, String> {
-    what.parse().map_err(|_| suggest("kind of null device", what, NullPeer::WORDS))
+    what.parse().map_err(|_| suggest("kind of null device", what, NullPeer::words()))
 }
 
 fn unknown_dut(dut: &str) -> String {

@@ -1,6 +1,6 @@
 //! `encspec replay` and `encspec dissect`: reports about captures, and captures frame by frame.
 
-use super::dut::claim;
+use super::dut::claimed_manuals;
 use super::progress::CaptureReadProgress;
 use super::reports::{colours, open, write};
 use super::{
@@ -22,28 +22,14 @@ use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
 use suite::model::Manual;
-use suite_yaml::load;
 use virtual_wire::CaptureReader;
 use virtual_wire::capture::{CaptureItem, LinkType};
 
-/// The manuals whose rules apply: all, one, or one variant of one.
-fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, CommandError> {
-    let name = args.device.as_deref().map(|device| device.split_once('/').map_or(device, |(name, _)| name));
+pub(super) fn replay(args: &ReplayArgs) -> CommandResult {
     let sources = args.suites.sources()?;
     // Judging a capture needs the rules but no cases.
     let sources = if args.against.drives() { sources } else { sources.for_rules() };
-    let mut manuals = load(&sources, name)?;
-    let Some(device) = args.device.as_deref() else { return Ok(manuals) };
-    let claimed = claim(device, &manuals).map_err(CommandError::usage)?;
-    let claimed: Vec<String> = claimed.into_iter().map(|(_, variant)| variant.to_owned()).collect();
-    for manual in &mut manuals {
-        manual.variants.retain(|of| claimed.contains(&of.name));
-    }
-    Ok(manuals)
-}
-
-pub(super) fn replay(args: &ReplayArgs) -> CommandResult {
-    let manuals = manuals(args)?;
+    let manuals = claimed_manuals(&sources, args.device.as_deref())?;
     let files = args.report.iter().map(|requested| open(&requested.file)).collect::<Result<Vec<_>, CommandError>>()?;
     let has_page = args.report.iter().any(|requested| requested.format == ReplayFormat::Html);
     if has_page && args.files.iter().any(|name| name == "-") {

@@ -3,7 +3,7 @@
 mod outputs;
 mod sources;
 
-use super::dut::claim;
+use super::dut::claimed_manuals;
 use super::{CommandError, CommandResult, Suites, print_message};
 use clap::Args;
 use link::{interrupt, realtime};
@@ -14,8 +14,6 @@ use station::{Duration, Time};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
-use suite::model::Manual;
-use suite_yaml::load;
 use virtual_wire::capture::LinkType;
 use watch::{DiskRing, LiveWatch, RingSettings, WatchLine};
 use wire::profibus::fdl::BaudRate;
@@ -100,20 +98,8 @@ fn size(text: &str) -> Result<u64, String> {
     number.checked_mul(factor).ok_or_else(|| "that is too much".to_owned())
 }
 
-fn manuals(args: &WatchArgs) -> Result<Vec<Manual>, CommandError> {
-    let name = args.device.as_deref().map(|device| device.split_once('/').map_or(device, |(name, _)| name));
-    let mut manuals = load(&args.suites.sources()?.for_rules(), name)?;
-    let Some(device) = args.device.as_deref() else { return Ok(manuals) };
-    let claimed = claim(device, &manuals).map_err(CommandError::usage)?;
-    let claimed: Vec<String> = claimed.into_iter().map(|(_, variant)| variant.to_owned()).collect();
-    for manual in &mut manuals {
-        manual.variants.retain(|of| claimed.contains(&of.name));
-    }
-    Ok(manuals)
-}
-
 pub(super) fn watch(args: &WatchArgs) -> CommandResult {
-    let manuals = manuals(args)?;
+    let manuals = claimed_manuals(&args.suites.sources()?.for_rules(), args.device.as_deref())?;
     interrupt::watch();
     interrupt::watch_reload();
     if args.realtime {
