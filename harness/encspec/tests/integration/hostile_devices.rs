@@ -89,7 +89,7 @@ fn no_hostile_device_is_green() {
 #[test]
 fn an_unknown_kind_lists_them() {
     let request = RunRequest { duts: vec!["null:?".to_owned()], ..RunRequest::default() };
-    let stop = request.ready(&MANUALS).err().expect("no null device has this name");
+    let Err(stop) = request.ready(&MANUALS) else { panic!("no null device has this name") };
     let missing = HOSTILE_DEVICES.iter().map(|device| device.name).find(|name| !stop.message.contains(name));
     assert_eq!(missing, None, "{}", stop.message);
 }

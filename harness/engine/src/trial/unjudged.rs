@@ -24,8 +24,8 @@ impl<'a> RunningTrial<'a> {
             self.protocol_error("silence", format!("After the last step: {}", trouble.what));
         }
         self.world.act();
-        if let Some(why) = self.driver.misfit(self) {
-            self.protocol_error("misfit", format!("An answer does not fit the request before it: {why}."));
+        if let Some(trouble) = self.trouble_of_answers() {
+            self.protocol_error("misfit", trouble.what.clone());
         }
         if let Some(what) = self.world.segment.out_of_turn().into_iter().next() {
             self.protocol_error("out-of-turn", format!("The device sent out of turn: {what}."));
