@@ -65,15 +65,17 @@ impl CaptureClock {
 
 /// A time as RFC 3339 in UTC with microseconds; `None` where the clock of the recorder was not set.
 pub(super) fn wall_clock(time: Time) -> Option<String> {
+    (time.as_nanos() / 1_000_000_000 >= NOT_SET).then(|| utc(time))
+}
+
+/// A time since 1970 as `2026-11-28T04:05:06.123456Z` (RFC 3339), in UTC.
+pub fn utc(time: Time) -> String {
     let nanos = time.as_nanos();
     let seconds = nanos / 1_000_000_000;
-    if seconds < NOT_SET {
-        return None;
-    }
     let date = Date::of(UNIX_EPOCH + Duration::from_secs(seconds));
     let [hours, minutes, rest] = [seconds / 3_600 % 24, seconds / 60 % 60, seconds % 60];
     let micros = nanos / 1_000 % 1_000_000;
-    Some(format!("{date}T{hours:02}:{minutes:02}:{rest:02}.{micros:06}Z"))
+    format!("{date}T{hours:02}:{minutes:02}:{rest:02}.{micros:06}Z")
 }
 
 /// The nanoseconds since 1970 of a time as [`wall_clock`] writes it, or of another in RFC 3339 in UTC; the `T` may be a blank, and
@@ -125,6 +127,17 @@ mod tests {
     fn a_time_in_the_calendar(#[case] nanos: u64, #[case] text: &str) {
         assert_eq!(wall_clock(Time::from_nanos(nanos)).as_deref(), Some(text));
         assert_eq!(parse_wall_clock(text), Some(nanos / 1_000 * 1_000));
+    }
+
+    // The expected dates are those of `date -u -d @SECONDS`.
+    #[rstest]
+    #[case(0, "1970-01-01T00:00:00.000000Z")]
+    #[case(951_782_400, "2000-02-29T00:00:00.000000Z")]
+    #[case(1_795_838_706, "2026-11-28T04:05:06.000000Z")]
+    #[case(4_107_542_399, "2100-02-28T23:59:59.000000Z")]
+    #[case(4_107_542_400, "2100-03-01T00:00:00.000000Z")]
+    fn dates_are_those_of_the_calendar(#[case] seconds: u64, #[case] expected: &str) {
+        assert_eq!(utc(Time::from_nanos(seconds * 1_000_000_000)), expected);
     }
 
     #[test]

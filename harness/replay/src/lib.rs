@@ -7,6 +7,7 @@
 
 mod against;
 mod annotate;
+mod checks;
 mod clock;
 mod dcp;
 mod decode;
@@ -27,6 +28,7 @@ mod walk;
 
 pub use against::{AgainstReport, DifferenceReport, LeftOutReport};
 pub use annotate::{CannotAnnotate, annotate};
+pub use clock::utc;
 pub use filter::{CaptureTime, ReportFilter};
 pub use finding::{CaptureBlame, CaptureFinding, ContextFrame, FindingContext, FindingSeverity};
 pub use live::{LiveFinding, LiveReplay};
@@ -41,15 +43,12 @@ pub use report::{
 pub use rules::{RuleJudge, RuleOutcome, fits_manual, judge_rules};
 pub use text::{TextOptions, text, text_with};
 
-use clock::wall_clock;
+use checks::FrameChecks;
 use events::Events;
-use finding::ContextCollector;
 use grouping::{folded, under_their_causes};
 use judge::observe::{ArId, Observation, ObservedAr};
 use layout_guess::StationIdentity;
-use protocol::ProtocolChecks;
 use read::order::OrderedFrame;
-use rules::{CaptureRules, NewViolation};
 use std::io::Read;
 use suite::device::Bus;
 use suite::model::Manual;
@@ -74,12 +73,7 @@ fn capture_with(
     identities: &[StationIdentity],
     progress: &mut dyn FnMut(u64, bool),
 ) -> Result<(CaptureReport, Vec<StationIdentity>), NotACapture> {
-    let mut replay = Replay {
-        events: Events::new(manuals),
-        rules: CaptureRules::new(manuals),
-        protocol: ProtocolChecks::default(),
-        contexts: ContextCollector::default(),
-    };
+    let mut replay = Replay { events: Events::new(manuals), checks: FrameChecks::new(manuals) };
     let walked = walk(input, manuals, identities, &mut replay, progress)?;
     let late = walked.layouts.late(&walked.tracker);
     let mut report = replay.report(name, walked);
@@ -89,70 +83,51 @@ fn capture_with(
 
 struct Replay<'a> {
     events: Events<'a>,
-    rules: CaptureRules<'a>,
-    protocol: ProtocolChecks,
-    /// The frames around the findings.
-    contexts: ContextCollector,
+    checks: FrameChecks<'a>,
 }
 
 impl CaptureVisitor for Replay<'_> {
     fn begin(&mut self, bus: Bus, next: &OrderedFrame<'_>) {
-        self.contexts.keep(bus, next.number, next.time, next.octets);
         self.events.begin(next.number, next.time, next.cut);
-        self.protocol.begin(bus, next.number, next.time, next.octets, next.cut.is_some());
+        self.checks.begin(bus, next);
     }
 
     #[inline]
     fn observe(&mut self, bus: Bus, ars: &[ObservedAr], next: &OrderedFrame<'_>, observation: &Observation<'_>) {
         self.events.observe(ars, observation);
-        self.protocol.observe(bus, ars, observation);
-        self.rules.observe(bus, ars, (next.time, next.number), observation);
+        self.checks.observe(bus, ars, next, observation);
     }
 
-    /// Keeps the frames around the new findings.
     fn frame_done(&mut self, bus: Bus, ars: &[ObservedAr]) {
-        let Replay { protocol, rules, contexts: around, .. } = self;
-        if around.is_waiting() {
-            around.fill(ars);
-        }
-        for NewViolation { frame, trigger, ar } in rules.new_violations(bus) {
-            around.collect(frame, trigger, ar, ars);
-        }
-        protocol.frame_done(ars);
-        for frame in protocol.news() {
-            around.collect(frame, None, None, ars);
-        }
+        self.checks.frame_done(bus, ars);
     }
 
     fn gap(&mut self, bus: Bus, ars: &[ObservedAr], next: &OrderedFrame<'_>, observation: &Observation<'_>) {
-        self.rules.observe(bus, ars, (next.time, next.number), observation);
+        self.checks.gap(bus, ars, next, observation);
     }
 
     fn lost(&mut self, ars: &[ObservedAr], datagram: &LostDatagram) {
         self.events.lost(datagram);
-        self.protocol.observe(Bus::Profinet, ars, &Observation::Unreadable { why: &datagram.why });
+        self.checks.lost(ars, datagram);
     }
 
     fn hole(&mut self) {
-        self.protocol.hole();
+        self.checks.hole();
     }
 
     fn other_link(&mut self, next: &OrderedFrame<'_>) {
-        self.contexts.times.take(next.number, next.time);
         self.events.other_link(next.number, next.time, next.link.0);
+        self.checks.other_link(next);
     }
 }
 
 impl Replay<'_> {
-    fn report(mut self, name: &str, walked: TrackedCapture<'_>) -> CaptureReport {
+    fn report(self, name: &str, walked: TrackedCapture<'_>) -> CaptureReport {
         let TrackedCapture { tracker, slaves, layouts, damage, frames, .. } = walked;
-        let (rules, broken) = self.rules.end();
-        let events = self.events.end(&tracker, &slaves);
-        let (mut findings, judged) = self.protocol.end(&tracker, &slaves);
-        for finding in &findings {
-            let ars = if finding.bus.is_profibus() { slaves.ars() } else { tracker.ars() };
-            self.contexts.collect(finding.frame, None, None, ars);
-        }
+        let Replay { events, checks: FrameChecks { rules, protocol, mut contexts } } = self;
+        let (rules, broken) = rules.end();
+        let events = events.end(&tracker, &slaves);
+        let (mut findings, judged) = protocol.end(&tracker, &slaves);
         findings.extend(broken);
         findings.sort_by_key(|finding| finding.frame);
         if damage.is_untrusted() {
@@ -160,13 +135,8 @@ impl Replay<'_> {
         }
         let connections = tracker.ars().len();
         for finding in &mut findings {
-            if let Some((context, ar)) = self.contexts.of(finding.frame) {
-                finding.context = context.clone();
-                finding.ar = finding.ar.or(ar.map(|ar| ar.0 as usize));
-            }
-            if let Some(time) = self.contexts.times.of(finding.frame) {
-                (finding.time, finding.wall_clock) = (Some(self.contexts.times.clock.seconds(time)), wall_clock(time));
-            }
+            let ars = if finding.bus.is_profibus() { slaves.ars() } else { tracker.ars() };
+            contexts.complete(finding, ars);
             layouts.mark(finding);
             // The slaves follow the connections of PROFINET.
             let before = if finding.bus.is_profibus() { connections } else { 0 };
@@ -184,7 +154,7 @@ impl Replay<'_> {
             file: name.to_owned(),
             frames,
             damage: damage.end(frames),
-            recordings: self.contexts.times.clock.recordings().iter().map(RecordingReport::from).collect(),
+            recordings: contexts.times.clock.recordings().iter().map(RecordingReport::from).collect(),
             coverage: JudgedReport::new(ars.len(), frames, &judged),
             judged,
             hidden_findings: 0,

@@ -3,15 +3,15 @@
 //! What a check decides at the end of a capture is asked of a copy of its state, twice a second: a finding that stands in two
 //! evaluations is reported. What was reported and is over is forgotten, so that memory does not grow with the number of frames.
 
-use super::finding::{CaptureFinding, ContextCollector, FindingSeverity};
+use super::checks::FrameChecks;
+use super::finding::{CaptureFinding, FindingSeverity};
+use super::protocol::SettledFrames;
 use super::protocol::table::{
     CALL_UNANSWERED, CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, NOTHING, START_UNANSWERED,
 };
-use super::protocol::{ProtocolChecks, SettledFrames};
 use super::read::order::OrderedFrame;
 use super::read::reassembly::LostDatagram;
 use super::report::ConnectionReport;
-use super::rules::{CaptureRules, NewViolation};
 use super::walk::{CaptureVisitor, TrackedCapture};
 use judge::observe::{ArId, Observation, ObservedAr};
 use station::{Duration, Time};
@@ -59,7 +59,7 @@ pub struct LiveFinding {
 /// Judges frames as they arrive.
 pub struct LiveReplay<'a> {
     walked: TrackedCapture<'a>,
-    checks: LiveChecks<'a>,
+    checks: FrameChecks<'a>,
     /// Whether frames are missing before the next one.
     is_interrupted: bool,
     first: Option<Time>,
@@ -79,57 +79,42 @@ pub struct LiveReplay<'a> {
 /// What tells a finding from others: id, blame, connection, byte, and the frame or, where that changes, the stations in its text.
 type FindingKey = (String, &'static str, Option<(bool, usize)>, Option<usize>, String);
 
-struct LiveChecks<'a> {
-    rules: CaptureRules<'a>,
-    protocol: ProtocolChecks,
-    contexts: ContextCollector,
-}
-
 /// The visitor of one frame.
 struct LiveVisitor<'v, 'a, 's> {
-    checks: &'v mut LiveChecks<'a>,
+    checks: &'v mut FrameChecks<'a>,
     sink: ObservationSink<'s>,
 }
 
 impl CaptureVisitor for LiveVisitor<'_, '_, '_> {
     fn begin(&mut self, bus: Bus, next: &OrderedFrame<'_>) {
-        self.checks.contexts.keep(bus, next.number, next.time, next.octets);
-        self.checks.protocol.begin(bus, next.number, next.time, next.octets, next.cut.is_some());
+        self.checks.begin(bus, next);
     }
 
     #[inline]
     fn observe(&mut self, bus: Bus, ars: &[ObservedAr], next: &OrderedFrame<'_>, observation: &Observation<'_>) {
         (self.sink)(bus, ars, next.time, observation);
-        self.checks.protocol.observe(bus, ars, observation);
-        self.checks.rules.observe(bus, ars, (next.time, next.number), observation);
+        self.checks.observe(bus, ars, next, observation);
     }
 
     fn frame_done(&mut self, bus: Bus, ars: &[ObservedAr]) {
-        let LiveChecks { rules, protocol, contexts } = self.checks;
-        if contexts.is_waiting() {
-            contexts.fill(ars);
-        }
-        for NewViolation { frame, trigger, ar } in rules.new_violations(bus) {
-            contexts.collect(frame, trigger, ar, ars);
-        }
-        for frame in protocol.news() {
-            contexts.collect(frame, None, None, ars);
-        }
+        self.checks.frame_done(bus, ars);
     }
 
     fn gap(&mut self, bus: Bus, ars: &[ObservedAr], next: &OrderedFrame<'_>, observation: &Observation<'_>) {
-        self.checks.rules.observe(bus, ars, (next.time, next.number), observation);
+        self.checks.gap(bus, ars, next, observation);
     }
 
     fn lost(&mut self, ars: &[ObservedAr], datagram: &LostDatagram) {
-        self.checks.protocol.observe(Bus::Profinet, ars, &Observation::Unreadable { why: &datagram.why });
+        self.checks.lost(ars, datagram);
     }
 
     fn hole(&mut self) {
-        self.checks.protocol.hole();
+        self.checks.hole();
     }
 
-    fn other_link(&mut self, _next: &OrderedFrame<'_>) {}
+    fn other_link(&mut self, next: &OrderedFrame<'_>) {
+        self.checks.other_link(next);
+    }
 }
 
 impl<'a> LiveReplay<'a> {
@@ -137,11 +122,7 @@ impl<'a> LiveReplay<'a> {
     pub fn new(manuals: &'a [Manual]) -> LiveReplay<'a> {
         LiveReplay {
             walked: TrackedCapture::new(manuals),
-            checks: LiveChecks {
-                rules: CaptureRules::new(manuals),
-                protocol: ProtocolChecks::default(),
-                contexts: ContextCollector::default(),
-            },
+            checks: FrameChecks::new(manuals),
             is_interrupted: false,
             first: None,
             last: (0, Time::ZERO),
@@ -266,14 +247,9 @@ impl<'a> LiveReplay<'a> {
 
     /// Adds what the report of a capture adds.
     fn complete(&mut self, mut finding: CaptureFinding) -> LiveFinding {
-        let mut time = None;
         let ars = if finding.bus.is_profibus() { self.walked.slaves.ars() } else { self.walked.tracker.ars() };
-        self.checks.contexts.collect(finding.frame, None, None, ars);
-        if let Some((context, ar)) = self.checks.contexts.of(finding.frame) {
-            finding.context = context.clone();
-            finding.ar = finding.ar.or(ar.map(|ar| ar.0 as usize));
-            time = finding.context.at.as_ref().map(|at| at.time);
-        }
+        self.checks.contexts.complete(&mut finding, ars);
+        let time = finding.context.at.as_ref().map(|at| at.time);
         self.walked.layouts.mark(&mut finding);
         let first = self.first.unwrap_or_default();
         let time = match time {

@@ -1,7 +1,7 @@
 //! Saves the frames around a finding: copies them from the ring to a file of their own, with the finding as a comment.
 
-use crate::calendar::utc;
 use crate::line::WatchLine;
+use replay::utc;
 use station::Time;
 use std::collections::BTreeMap;
 use std::fs::{self, File};

@@ -6,7 +6,6 @@
 
 #![allow(missing_docs, reason = "an internal crate; names that say everything have no sentence")]
 
-mod calendar;
 mod counts;
 mod incident;
 mod line;
@@ -16,10 +15,10 @@ mod ring;
 mod screen;
 mod watch;
 
-pub use calendar::utc;
 pub use counts::{ConnectionCounts, DirectionCounts, WatchCounts};
 pub use line::{WatchLine, json_line, text_line};
 pub use prometheus::prometheus;
+pub use replay::utc;
 pub use ring::{DiskRing, RingSettings};
 pub use screen::screen;
 pub use watch::LiveWatch;

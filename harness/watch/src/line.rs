@@ -1,8 +1,8 @@
 //! Findings and events of the watch as lines: JSON for programs, one sentence for people.
 
-use crate::calendar::utc;
 use crate::counts::severity;
 use plain_text::printable;
+use replay::utc;
 use replay::{ConnectionReport, LiveFinding};
 use serde::Serialize;
 use station::Time;

@@ -1,10 +1,10 @@
 //! The ring: the frames of the last minutes on disk, in pcapng files of which the oldest is deleted. A thread writes it, so that a slow
 //! disk does not keep frames from being judged; what the disk does not take is counted as lost.
 
-use crate::calendar::utc;
 use crate::incident::{INCOMPLETE, IncidentOrder, IncidentPieces, RingPiece, files, save};
 use crate::line::WatchLine;
 use crate::pages::PagedFile;
+use replay::utc;
 use station::{Duration, Time};
 use std::collections::VecDeque;
 use std::fs::{self, File};

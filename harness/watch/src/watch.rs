@@ -1,10 +1,10 @@
 //! The monitor: frames in; findings, incidents and counts out.
 
-use crate::calendar::utc;
 use crate::counts::WatchCounts;
 use crate::incident::IncidentOrder;
 use crate::line::{WatchLine, text_line};
 use crate::ring::DiskRing;
+use replay::utc;
 use replay::{LiveFinding, LiveReplay};
 use station::{Duration, Time};
 use std::collections::{BTreeMap, VecDeque};

@@ -4,6 +4,7 @@
 //! This module must not know what is wrong, only where.
 
 use super::super::clock::{CaptureClock, wall_clock};
+use super::CaptureFinding;
 use super::times::FrameTimes;
 use judge::observe::{ArId, ObservedAr, ProfibusWords, describe};
 use plain_text::printable;
@@ -154,6 +155,18 @@ impl ContextCollector {
             self.open.push(frame);
         }
         self.wanted.insert(frame, wanted);
+    }
+
+    /// Adds the frames around a finding, its connection and its time, as far as they are known; `ars` are those of its bus.
+    pub fn complete(&mut self, finding: &mut CaptureFinding, ars: &[ObservedAr]) {
+        self.collect(finding.frame, None, None, ars);
+        if let Some((context, ar)) = self.of(finding.frame) {
+            finding.context = context.clone();
+            finding.ar = finding.ar.or(ar.map(|ar| ar.0 as usize));
+        }
+        if let Some(time) = self.times.of(finding.frame) {
+            (finding.time, finding.wall_clock) = (Some(self.times.clock.seconds(time)), wall_clock(time));
+        }
     }
 
     /// Forgets the findings up to a frame.
