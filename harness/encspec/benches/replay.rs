@@ -2,7 +2,7 @@
 //!
 //! `cargo bench -p encspec --bench replay`
 //!
-//! Two million frames of eight encoders, four of which turn and have another position in each frame. For comparison the same file is
+//! Two million frames of eight encoders with signs of life, four of which turn and have another position in each frame. For comparison the same file is
 //! read by `pcap-parser` alone, and by `tshark -q -z io,stat,0` if tshark is installed.
 
 #[path = "../tests/common/mod.rs"]
@@ -57,6 +57,8 @@ fn recorded(turning: usize) -> Vec<u8> {
             let position = if device < turning { 77 + cycle as u32 % 10_000 } else { 77 };
             inputs[6..10].copy_from_slice(&position.to_be_bytes());
             inputs[10..14].copy_from_slice(&position.to_be_bytes());
+            // The sign of life of the encoder, 1 to 15.
+            inputs[2] = (1 + cycle % 15 << 4) as u8;
             for by_device in [false, true] {
                 let data = if by_device { &inputs[..] } else { &[] };
                 let mut frame = handmade::cyclic(by_device, (cycle as u16).wrapping_mul(64), data);

@@ -41,7 +41,7 @@ pub struct RuleWatch<'a> {
     violation: Option<Box<RuleViolation>>,
     watchdog: Duration,
     steady: TrackedInputs<RuleResults>,
-    /// The names that its programs read.
+    /// What its programs read.
     reads: Reads,
     /// Whether the condition uses history functions.
     looks_back: bool,
@@ -213,8 +213,8 @@ impl<'a> RuleWatch<'a> {
         // With unchanged inputs and states the states stay unchanged.
         let moved = before.is_none() && self.advance(&noted);
         self.steady.keep(view, known, moved);
-        self.steady.record_reads(reads.names());
-        reads.names().clear();
+        self.steady.record_reads(&mut reads);
+        reads.clear();
         self.reads = reads;
         if std::mem::take(&mut self.is_in_doubt) {
             self.forget();

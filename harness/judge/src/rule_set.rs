@@ -64,20 +64,19 @@ impl Index {
             if !rule.modules.contains(&module) {
                 continue;
             }
-            let bit = 1 << place;
-            index.judged |= bit;
-            let steady = watch.steady();
-            index.elapsed |= if steady.uses_elapsed() { bit } else { 0 };
-            index.clock |= if steady.uses_time() { bit } else { 0 };
-            index.list(place, steady);
+            index.judged |= 1 << place;
+            index.list(place, watch.steady());
         }
         Some(index)
     }
 
-    /// Updates the bytes that a rule depends on.
+    /// Updates what a rule depends on.
     fn list(&mut self, rule: usize, steady: &mut TrackedInputs<RuleResults>) {
         let bit = 1 << rule;
-        self.to_controller.iter_mut().chain(&mut self.to_device).for_each(|rules| *rules &= !bit);
+        let listed = self.to_controller.iter_mut().chain(&mut self.to_device);
+        listed.chain([&mut self.elapsed, &mut self.clock]).for_each(|rules| *rules &= !bit);
+        self.elapsed |= if steady.uses_elapsed() { bit } else { 0 };
+        self.clock |= if steady.uses_time() { bit } else { 0 };
         steady.list_octets(&mut |direction, octet| {
             let of = match direction {
                 FrameDirection::ToController => &mut self.to_controller,

@@ -5,7 +5,7 @@
 
 use super::TickKind;
 use super::image::{ConnectionImage, StatusByte};
-use super::view::NameView;
+use super::view::{NameView, Reads};
 use crate::observe::FrameDirection;
 use expression::Program;
 use suite::device::{NameId, NameKind};
@@ -21,11 +21,11 @@ pub struct TrackedInputs<K> {
     leaves: Vec<(NameId, Inputs)>,
     /// The inputs that were read since the last [`forget`](Self::forget); others do not affect the result.
     read: Option<Inputs>,
-    /// The names of these inputs in the order of reading.
-    asked: Vec<NameId>,
+    /// The names of these inputs in the order of reading, and whether the time was read.
+    asked: (Vec<NameId>, bool),
     /// Whether they are from before the last [`forget`](Self::forget).
     is_outdated: bool,
-    /// Whether they changed since the last [`list_octets`](Self::list_octets).
+    /// Whether they are others than at the last [`list_octets`](Self::list_octets).
     is_listed_otherwise: bool,
     /// The layout of the connection that the inputs were determined for.
     layout: Option<u64>,
@@ -142,7 +142,7 @@ impl<K> Default for TrackedInputs<K> {
             inputs: Inputs::default(),
             leaves: Vec::new(),
             read: None,
-            asked: Vec::new(),
+            asked: (Vec::new(), false),
             is_outdated: false,
             is_listed_otherwise: false,
             layout: None,
@@ -195,20 +195,28 @@ impl<K: Copy> TrackedInputs<K> {
         (self.image, self.notebook) = (image, notebook);
     }
 
-    /// Reports the names that were read in this evaluation; before the first call all inputs count.
-    pub(super) fn record_reads(&mut self, names: &[NameId]) {
+    /// Reports what was read in this evaluation; before the first call all inputs count.
+    pub(super) fn record_reads(&mut self, reads: &mut Reads) {
         let TrackedInputs { inputs, leaves, read, asked, is_outdated, is_listed_otherwise, .. } = self;
+        let (has_time, names) = (reads.has_time(), reads.names());
         let is_outdated = std::mem::take(is_outdated);
-        let is_nothing_else = if is_outdated { asked == names } else { names.is_empty() };
+        let is_nothing_else = if is_outdated {
+            asked.0 == names && asked.1 == has_time
+        } else {
+            names.is_empty() && (asked.1 || !has_time)
+        };
         if read.is_some() && is_nothing_else {
             return;
         }
         let read = read.get_or_insert_default();
         if is_outdated {
-            asked.clear();
+            asked.0.clear();
+            asked.1 = false;
             read.clear();
         }
-        asked.extend_from_slice(names);
+        asked.0.extend_from_slice(names);
+        asked.1 |= has_time;
+        read.clock |= has_time;
         for name in names {
             let leaf = leaves.iter().find(|(known, _)| known == name);
             read.unite(leaf.map_or(inputs, |(_, leaf)| leaf));
@@ -216,7 +224,7 @@ impl<K: Copy> TrackedInputs<K> {
         *is_listed_otherwise = true;
     }
 
-    /// Whether the bytes changed since the last [`list_octets`](Self::list_octets).
+    /// Whether the inputs are others than at the last [`list_octets`](Self::list_octets).
     pub(super) fn inputs_changed(&self) -> bool {
         self.is_listed_otherwise
     }
@@ -236,12 +244,12 @@ impl<K: Copy> TrackedInputs<K> {
 
     /// Whether the time between two frames is an input.
     pub(super) fn uses_elapsed(&self) -> bool {
-        self.inputs.elapsed
+        self.counting().elapsed
     }
 
     /// Whether the time or an invisible value is an input.
     pub(super) fn uses_time(&self) -> bool {
-        self.inputs.clock
+        self.counting().clock
     }
 
     /// Whether one of these bits of a direction is an input.
@@ -271,11 +279,11 @@ impl<K: Copy> TrackedInputs<K> {
             self.inputs = Inputs::of(sees, view);
             self.leaves.clear();
             self.read = None;
-            self.asked.clear();
+            self.asked = (Vec::new(), false);
             sees.names(&mut |name| leaves(name, view, &mut self.leaves));
             return false;
         }
-        if before != (image.wrapping_sub(1), notebook) || self.inputs.clock {
+        if before != (image.wrapping_sub(1), notebook) || self.counting().clock {
             return false;
         }
         let Some(change) = view.image.change() else { return false };

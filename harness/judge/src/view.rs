@@ -9,7 +9,7 @@ use super::{JudgeTick, TickKind};
 use crate::observe::FrameDirection;
 use expression::{HistoryState, NameValues, Number, Program, Value};
 use station::{Duration, Time};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::net::Ipv4Addr;
 use suite::device::{
     BenchName, DeviceDescription, DiagnosisName, EventName, NameId, NameKind, SignalField, SignalForm, UpdatedAt,
@@ -104,23 +104,37 @@ pub struct NameView<'a> {
     /// Values that are not part of the connection.
     pub notebook: &'a TrialValues,
     pub tick: JudgeTick,
-    /// Records the names that are read, if set.
+    /// Records what is read, if set.
     pub reads: Option<&'a Reads>,
     /// Cache of values that many frames share, if set.
     pub settled: Option<&'a ParameterCache>,
 }
 
-/// The names that were read, in order.
+/// What was read of a view.
 #[derive(Debug, Default)]
-pub struct Reads(RefCell<Vec<NameId>>);
+pub struct Reads {
+    names: RefCell<Vec<NameId>>,
+    time: Cell<bool>,
+}
 
 impl Reads {
     fn note(&self, name: NameId) {
-        self.0.borrow_mut().push(name);
+        self.names.borrow_mut().push(name);
     }
 
-    pub fn names(&mut self) -> &mut Vec<NameId> {
-        self.0.get_mut()
+    /// The names, in the order of reading.
+    pub fn names(&mut self) -> &[NameId] {
+        self.names.get_mut()
+    }
+
+    /// Whether the time of the observation was read.
+    pub fn has_time(&self) -> bool {
+        self.time.get()
+    }
+
+    pub fn clear(&mut self) {
+        self.names.get_mut().clear();
+        self.time.set(false);
     }
 }
 
@@ -461,6 +475,9 @@ impl NameValues for NameView<'_> {
     }
 
     fn now(&self) -> Time {
+        if let Some(reads) = self.reads {
+            reads.time.set(true);
+        }
         self.tick.time
     }
 

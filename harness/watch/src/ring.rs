@@ -11,8 +11,8 @@ use std::fs::{self, File};
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 use virtual_wire::PcapngWriter;
 use virtual_wire::capture::LinkType;
@@ -61,7 +61,9 @@ enum RingOrder {
 /// The near end of the ring.
 #[derive(Debug)]
 pub struct DiskRing {
-    orders: Option<SyncSender<RingOrder>>,
+    orders: Option<Sender<RingOrder>>,
+    /// Chunks that wait for the disk.
+    waiting: Arc<AtomicUsize>,
     writer: PcapngWriter<Vec<u8>>,
     chunk: RingChunk,
     interfaces: Vec<LinkType>,
@@ -82,7 +84,8 @@ impl DiskRing {
             writer.interface(name, *link)?;
         }
         let header = std::mem::take(writer.output_mut());
-        let (orders, receiver) = sync_channel(MOST_CHUNKS);
+        let (orders, receiver) = channel();
+        let waiting = Arc::new(AtomicUsize::new(0));
         let (lines, received) = channel();
         let lost = Arc::new(AtomicU64::new(0));
         let saver = Saver::start(settings, &header, &lines)?;
@@ -96,6 +99,7 @@ impl DiskRing {
             number: 0,
             lines,
             lost: Arc::clone(&lost),
+            waiting: Arc::clone(&waiting),
             has_failed: false,
         };
         let work = move || {
@@ -108,6 +112,7 @@ impl DiskRing {
         let interfaces = settings.interfaces.iter().map(|(_, link)| *link).collect();
         Ok(DiskRing {
             orders: Some(orders),
+            waiting,
             writer,
             chunk: RingChunk::default(),
             interfaces,
@@ -141,11 +146,12 @@ impl DiskRing {
         let mut chunk = std::mem::take(&mut self.chunk);
         chunk.octets = std::mem::take(self.writer.output_mut());
         self.writer.output_mut().reserve(CHUNK + 4_096);
-        let Some(orders) = &self.orders else { return };
-        if let Err(TrySendError::Full(RingOrder::Chunk(chunk)) | TrySendError::Disconnected(RingOrder::Chunk(chunk))) =
-            orders.try_send(RingOrder::Chunk(chunk))
-        {
-            self.lost.fetch_add(chunk.frames, Ordering::Relaxed);
+        // A slow disk must not keep frames from being judged.
+        let has_room = self.waiting.fetch_add(1, Ordering::Relaxed) < MOST_CHUNKS;
+        let frames = chunk.frames;
+        if !has_room || !self.order(RingOrder::Chunk(chunk)) {
+            self.waiting.fetch_sub(1, Ordering::Relaxed);
+            self.lost.fetch_add(frames, Ordering::Relaxed);
         }
     }
 
@@ -161,9 +167,9 @@ impl DiskRing {
         self.order(RingOrder::Incident(order));
     }
 
-    fn order(&self, order: RingOrder) {
-        // If the thread has panicked, the frames are counted as lost; there is nothing else to do.
-        let _ = self.orders.as_ref().map(|orders| orders.send(order));
+    /// Passes an order to the disk; returns false if its thread has panicked.
+    fn order(&self, order: RingOrder) -> bool {
+        self.orders.as_ref().is_some_and(|orders| orders.send(order).is_ok())
     }
 
     /// The number of frames that the disk did not take.
@@ -221,6 +227,7 @@ struct RingDisk {
     number: u64,
     lines: Sender<WatchLine>,
     lost: Arc<AtomicU64>,
+    waiting: Arc<AtomicUsize>,
     has_failed: bool,
 }
 
@@ -228,6 +235,7 @@ impl RingDisk {
     fn take(&mut self, order: RingOrder, saver: &Saver) {
         match order {
             RingOrder::Chunk(chunk) => {
+                self.waiting.fetch_sub(1, Ordering::Relaxed);
                 if let Err(error) = self.write(&chunk) {
                     self.lost.fetch_add(chunk.frames, Ordering::Relaxed);
                     self.file = None;
