@@ -147,6 +147,10 @@ pub static GROUPS: &[Group] = &[Group {
                 let is_refused = service == SapService::Slave(SlaveSap::GET_CFG) && !session.exchanges;
                 is_refused.then(|| vec![to_access_point(frame, UNUSED)])
             }));
+        "get-cfg-without-identifiers" "Get_Cfg is answered without identifiers."
+            => |d| d.slave.answer(|telegram| if let Some(frame) = frame(telegram) && frame.source.sap == Some(SlaveSap::GET_CFG.0) {
+                *telegram = with_data(&frame, &[]);
+            });
         "get-cfg-for-its-master-only" "Get_Cfg of another master is refused in data exchange."
             => |d| d.slave.add(Replaced::new(|session, frame, service| {
                 let is_foreign = session.owner().is_some_and(|owner| owner != frame.sa);

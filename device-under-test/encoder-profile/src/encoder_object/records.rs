@@ -106,7 +106,6 @@ impl<M: EncoderModel> EncoderObject<M> {
 
     fn request_parameters(&mut self, now: Time, access: RecordAccess, data: &[u8]) -> Result<(), RecordRefusal> {
         let key = access.ar.ok_or(RecordRefusal::StateConflict)?;
-        self.responses.forget(key);
         let hooks = self.deviations.hooks.clone();
         let request = hooks.apply(data.to_vec(), |hooks, octets| hooks.parameter_request(key, octets));
         let manager =

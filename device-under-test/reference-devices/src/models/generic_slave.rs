@@ -48,22 +48,56 @@ const FAULTS: [(&str, [u8; 3]); 2] = [("passing", [0x80, 0xC0, 0x81]), ("standin
 /// The fault that makes the inputs unusable, which sets Stat_Diag.
 const UNUSABLE: &str = "unusable";
 
+/// I&M0 of the slave.
+const IDENTIFICATION: DpIm0 = DpIm0 {
+    header: [b' '; 10],
+    im0: Im0 {
+        vendor_id: IDENT,
+        order_id: *b"PLAIN-DP-1          ",
+        serial_number: *b"0000000000000001",
+        hardware_revision: 1,
+        software_revision: SoftwareRevision { prefix: b'V', functional_enhancement: 1, bug_fix: 0, internal_change: 0 },
+        revision_counter: 0,
+        profile_id: 0,
+        profile_specific_type: 0,
+        im_version: [1, 1],
+        im_supported: 0b10,
+    },
+};
+
 /// The application of the slave, for a PROFIBUS stack.
 pub struct GenericSlave {
     identity: SlaveIdentity,
     stored_address: u8,
     is_address_final: bool,
+    ram: PlainSlaveData,
+    im1: [u8; IM1_OCTETS],
+    faults: [bool; FAULTS.len()],
+    is_unusable: bool,
+    has_changed: bool,
+}
+
+/// What a power failure erases.
+struct PlainSlaveData {
     configuration: &'static [u8],
     step: u8,
     outputs: [u8; MIRROR],
     count: u16,
     note: [u8; 4],
-    im1: [u8; IM1_OCTETS],
     /// The function that each master has called and not read yet.
     called: Vec<(Dpv1Channel, FunctionIndex)>,
-    faults: [bool; FAULTS.len()],
-    is_unusable: bool,
-    has_changed: bool,
+}
+
+impl PlainSlaveData {
+    /// After power-up.
+    const START: PlainSlaveData = PlainSlaveData {
+        configuration: CONFIGURATIONS[0],
+        step: 1,
+        outputs: [0; MIRROR],
+        count: 0,
+        note: [0; 4],
+        called: Vec::new(),
+    };
 }
 
 impl GenericSlave {
@@ -86,13 +120,8 @@ impl GenericSlave {
             identity,
             stored_address: address,
             is_address_final: false,
-            configuration: CONFIGURATIONS[0],
-            step: 1,
-            outputs: [0; MIRROR],
-            count: 0,
-            note: [0; 4],
+            ram: PlainSlaveData::START,
             im1: [b' '; IM1_OCTETS],
-            called: Vec::new(),
             faults: [false; FAULTS.len()],
             is_unusable: false,
             has_changed: false,
@@ -100,13 +129,13 @@ impl GenericSlave {
     }
 
     fn answer_call(&mut self, channel: Dpv1Channel, out: &mut Vec<u8>) -> Result<(), Dpv1RecordRefusal> {
-        let called = self.called.iter().position(|(known, _)| *known == channel);
-        let Some((_, index)) = called.map(|at| self.called.swap_remove(at)) else {
+        let called = self.ram.called.iter().position(|(known, _)| *known == channel);
+        let Some((_, index)) = called.map(|at| self.ram.called.swap_remove(at)) else {
             return Err(Dpv1RecordRefusal::error(RecordError::STATE_CONFLICT));
         };
         let mut data = Vec::new();
         if index == FunctionIndex::IM0 {
-            identification().write(&mut data);
+            IDENTIFICATION.write(&mut data);
         } else {
             data.extend_from_slice(&[b' '; 10]);
             data.extend_from_slice(&self.im1);
@@ -122,8 +151,8 @@ impl GenericSlave {
             return Err(Dpv1RecordRefusal::error(RecordError::INVALID_INDEX));
         }
         if call.data.is_empty() {
-            self.called.retain(|(known, _)| *known != channel);
-            self.called.push((channel, call.index));
+            self.ram.called.retain(|(known, _)| *known != channel);
+            self.ram.called.push((channel, call.index));
             return Ok(());
         }
         if call.index == FunctionIndex::IM0 {
@@ -135,42 +164,13 @@ impl GenericSlave {
     }
 }
 
-/// I&M0 of the slave.
-fn identification() -> DpIm0 {
-    DpIm0 {
-        header: [b' '; 10],
-        im0: Im0 {
-            vendor_id: IDENT,
-            order_id: *b"PLAIN-DP-1          ",
-            serial_number: *b"0000000000000001",
-            hardware_revision: 1,
-            software_revision: SoftwareRevision {
-                prefix: b'V',
-                functional_enhancement: 1,
-                bug_fix: 0,
-                internal_change: 0,
-            },
-            revision_counter: 0,
-            profile_id: 0,
-            profile_specific_type: 0,
-            im_version: [1, 1],
-            im_supported: 0b10,
-        },
-    }
-}
-
 impl SlaveApplication for GenericSlave {
     fn identity(&self) -> &SlaveIdentity {
         &self.identity
     }
 
     fn power_up(&mut self, _: Time) {
-        self.configuration = CONFIGURATIONS[0];
-        self.step = 1;
-        self.outputs = [0; MIRROR];
-        self.count = 0;
-        self.note = [0; 4];
-        self.called.clear();
+        self.ram = PlainSlaveData::START;
     }
 
     fn power_down(&mut self, _: Time) {}
@@ -195,34 +195,32 @@ impl SlaveApplication for GenericSlave {
         };
         let is_valid = STEPS.contains(&step);
         if is_valid {
-            self.step = step;
+            self.ram.step = step;
         }
         is_valid
     }
 
     fn check_configuration(&mut self, _: Time, identifiers: &[u8]) -> Option<IoLengths> {
-        self.configuration = CONFIGURATIONS.into_iter().find(|known| *known == identifiers)?;
-        let counter = if self.configuration.len() > 1 { COUNTER } else { 0 };
+        self.ram.configuration = CONFIGURATIONS.into_iter().find(|known| *known == identifiers)?;
+        let counter = if self.ram.configuration.len() > 1 { COUNTER } else { 0 };
         Some(IoLengths { inputs: MIRROR + counter, outputs: MIRROR })
     }
 
     fn configuration(&self, out: &mut Vec<u8>) {
-        out.extend_from_slice(self.configuration);
+        out.extend_from_slice(self.ram.configuration);
     }
 
-    fn exchange_begins(&mut self, _: Time) {
-        self.outputs = [0; MIRROR];
-    }
+    fn exchange_begins(&mut self, _: Time) {}
 
     fn exchange_ends(&mut self, _: Time, _: ExchangeEnd) {}
 
     fn outputs(&mut self, _: Time, data: Option<&[u8]>) {
-        self.outputs = data.and_then(|data| data.try_into().ok()).unwrap_or_default();
+        self.ram.outputs = data.and_then(|data| data.try_into().ok()).unwrap_or_default();
     }
 
     fn inputs(&mut self, _: Time, data: &mut [u8]) {
-        self.count = self.count.wrapping_add(self.step.into());
-        let inputs = self.outputs.into_iter().chain(self.count.to_be_bytes());
+        self.ram.count = self.ram.count.wrapping_add(self.ram.step.into());
+        let inputs = self.ram.outputs.into_iter().chain(self.ram.count.to_be_bytes());
         data.iter_mut().zip(inputs).for_each(|(to, from)| *to = from);
     }
 
@@ -248,7 +246,7 @@ impl SlaveApplication for GenericSlave {
         match (access.slot, access.index) {
             (SLOT, NOTE) => match data.try_into() {
                 Ok(note) => {
-                    self.note = note;
+                    self.ram.note = note;
                     Ok(())
                 }
                 Err(_) => refused(RecordError::WRITE_LENGTH_ERROR),
@@ -262,8 +260,8 @@ impl SlaveApplication for GenericSlave {
 
     fn read(&mut self, _: Time, access: Dpv1Access, out: &mut Vec<u8>) -> Result<(), Dpv1RecordRefusal> {
         match (access.slot, access.index) {
-            (SLOT, NOTE) => out.extend_from_slice(&self.note),
-            (SLOT, COUNT) => out.extend_from_slice(&self.count.to_be_bytes()),
+            (SLOT, NOTE) => out.extend_from_slice(&self.ram.note),
+            (SLOT, COUNT) => out.extend_from_slice(&self.ram.count.to_be_bytes()),
             (SLOT, CALL_INDEX) => return self.answer_call(access.channel, out),
             (SLOT, _) => return Err(Dpv1RecordRefusal::error(RecordError::INVALID_INDEX)),
             _ => return Err(Dpv1RecordRefusal::error(RecordError::INVALID_SLOT)),
@@ -272,7 +270,7 @@ impl SlaveApplication for GenericSlave {
     }
 
     fn forget(&mut self, _: Time, channel: Dpv1Channel) {
-        self.called.retain(|(known, _)| *known != channel);
+        self.ram.called.retain(|(known, _)| *known != channel);
     }
 
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
