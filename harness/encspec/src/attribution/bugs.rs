@@ -16,7 +16,7 @@ pub struct BugEffect<'a> {
     pub beyond: BTreeMap<usize, Vec<ForeignFailure>>,
     /// The requirements that the bug breaks and that do not fail.
     pub missed: BTreeSet<usize>,
-    /// Number of failed trials, and of all.
+    /// Number of failed trials, and of those that could be judged.
     pub trials: (usize, usize),
     /// How the report groups the failures, for each variant in which a requirement fails that the bug breaks.
     pub causes: Vec<CauseOfBug>,
@@ -76,9 +76,10 @@ impl<'a> BugEffect<'a> {
             }
         }
         let trials = || result.runs.iter().flat_map(|run| &run.cases).filter(|case| case.kind == CaseKind::Trial);
-        let failed = trials().filter(|case| case.verdict == Verdict::Fail).count();
+        let count = |verdict| trials().filter(|case| case.verdict == verdict).count();
+        let failed = count(Verdict::Fail);
         let causes = result.runs.iter().filter_map(|run| cause(bug, run)).collect();
-        BugEffect { bug, beyond, missed, trials: (failed, trials().count()), causes }
+        BugEffect { bug, beyond, missed, trials: (failed, failed + count(Verdict::Pass)), causes }
     }
 
     /// Whether everything that the bug breaks is below `must`.
@@ -91,10 +92,11 @@ impl<'a> BugEffect<'a> {
         self.beyond.keys().copied().filter(|&of| level(manual, of) == Level::Must)
     }
 
-    /// Whether it is a bug of the whole telegram: more than a quarter of all trials fail with it.
+    /// Whether it is a bug of the whole telegram: more than a quarter of the trials that can be judged fail with it. A device that
+    /// accepts no connection leaves few of them.
     pub fn is_of_whole_telegram(&self) -> bool {
-        let (failed, all) = self.trials;
-        failed * 4 > all
+        let (failed, judged) = self.trials;
+        failed * 4 > judged
     }
 }
 

@@ -104,10 +104,14 @@ fn effects_text(manual: &Manual, effects: &[BugEffect<'_>], in_full: bool) -> St
     let mut sorted: Vec<&BugEffect<'_>> = effects.iter().collect();
     sorted.sort_by_key(|effect| std::cmp::Reverse(effect.beyond.len()));
     for effect in &sorted {
-        let (failed, all) = effect.trials;
+        let (failed, judged) = effect.trials;
         let apart = if effect.is_of_whole_telegram() { ", whole telegram" } else { "" };
         let bug = &effect.bug.name;
-        let _ = writeln!(out, "  {bug}: {} beyond `breaks`; {failed} of {all} trials fail{apart}", effect.beyond.len());
+        let _ = writeln!(
+            out,
+            "  {bug}: {} beyond `breaks`; {failed} of {judged} judged trials fail{apart}",
+            effect.beyond.len()
+        );
         for cause in effect.causes.iter().filter(|cause| cause.size.1 > 1 && (in_full || !cause.begins)) {
             let (first, all) = cause.size;
             let what = if !cause.is_first {
