@@ -24,10 +24,13 @@ pub(super) struct BenchArgs {
 #[derive(Debug, Subcommand)]
 enum BenchCommand {
     /// Write a bench file for a device found on a segment or a PROFIBUS
+    #[command(after_help = "Example: encspec bench init --nic eth1 --output bench.yaml")]
     Init(InitArgs),
     /// Restore a device from the journal of an interrupted run: name, address, I&M1 to I&M4 and parameters
+    #[command(after_help = "Example: encspec bench restore")]
     Restore(restore::RestoreArgs),
     /// Keep connections to many devices for a long time, and show how steady they are
+    #[command(after_help = "Example: encspec bench soak bench.yaml --count 4 --duration 3600")]
     Soak(soak::SoakArgs),
 }
 

@@ -29,6 +29,9 @@ pub(super) struct SuiteArgs {
 #[derive(Debug, Subcommand)]
 enum SuiteCommand {
     /// Write a suite for a device from its GSDML or GSD; it loads and runs, and says what a person has to decide
+    #[command(
+        after_help = "Example: encspec suite init --gsdml GSDML-V2.43-Vendor-Encoder-20260101.xml --output my-encoder"
+    )]
     Init(SuiteInitArgs),
 }
 
