@@ -20,6 +20,7 @@ link: {link}
 station_name: encoder-under-test
 ip: 192.168.0.10
 watchdog: 80ms
+ip_permanence: permanent
 direct_cable: true
 gsdml: {gsdml}
 stand: {{ control: {control}, shaft: [position(±0), speed(±0)] }}
@@ -155,6 +156,14 @@ def daily_sample(items, parts):
 def at_once(count, work, items):
     with concurrent.futures.ThreadPoolExecutor(count) as pool:
         return list(pool.map(work, items))
+
+
+def as_done(count, work, items):
+    """Each item with the result of the work on it, as soon as that is done."""
+    with concurrent.futures.ThreadPoolExecutor(count) as pool:
+        working = {pool.submit(work, item): item for item in items}
+        for done in concurrent.futures.as_completed(working):
+            yield working[done], done.result()
 
 
 def virtual(*words):
