@@ -24,7 +24,8 @@ FILES = {
 }
 # The features of the plain slave, all with one module of its GSD.
 FEATURES = ["freeze_mode", "sync_mode", "fail_safe", "plain_diagnosis", "address_service", "watchdog_1ms", "ms1", "ms2",
-            "identification", "im_class_2"]
+            "identification", "im_class_2", "process_alarm", "diagnosis_alarm", "pull_plug_alarm", "alarm_sequence",
+            "alarm_access_point"]
 # The features of the plain encoder, by the module that has them.
 CLASS_2 = ["class_2", "multiturn", "unscaled", "extended_diagnosis", "encoder_freeze", "encoder_sync"]
 # Parameters that such a feature sets, and a module of the GSD does not.

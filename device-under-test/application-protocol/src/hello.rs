@@ -216,6 +216,7 @@ impl DescribedDpSlave {
             extra_alarm_sap: false,
             ms2: self.ms2.into(),
             abilities: None,
+            isochronous: false,
             set_ext_prm: false,
         }
     }

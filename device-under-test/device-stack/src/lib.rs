@@ -73,6 +73,7 @@
 //!     extra_alarm_sap: false,
 //!     ms2: 0,
 //!     abilities: None,
+//!     isochronous: false,
 //!     set_ext_prm: false,
 //! };
 //! let mirror = Mirror { identity, outputs: vec![0; 2] };

@@ -3,7 +3,7 @@
 use super::image::big_endian;
 use expression::Value;
 use suite::device::{DeviceDescription, DiagnosisField, DiagnosisName};
-use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1};
+use wire::profibus::diag::{DiagnosisBlock, DiagnosisMessage, NO_MASTER, SlaveDiag, Status1};
 
 /// The value of a name in Slave_Diag; unknown if the diagnosis is too short.
 ///
@@ -29,7 +29,22 @@ fn known(device: &DeviceDescription, name: DiagnosisName, octets: &[u8], asker: 
             let blocks = device.profibus()?.diagnosis.blocks.as_ref()?;
             Value::set(blocks.codes(octets)?.into_iter().map(i64::from))
         }
+        DiagnosisName::AlarmType => {
+            let diagnosis = SlaveDiag::parse(octets).ok()?;
+            Value::whole(first_alarm(&diagnosis).map_or(0, |alarm| alarm.kind))
+        }
+        DiagnosisName::AlarmSlot => Value::whole(first_alarm(&SlaveDiag::parse(octets).ok()?)?.slot),
+        DiagnosisName::AlarmChange => Value::whole(first_alarm(&SlaveDiag::parse(octets).ok()?)?.specifier.0 & 3),
+        DiagnosisName::AlarmSpecifier => Value::whole(first_alarm(&SlaveDiag::parse(octets).ok()?)?.specifier.0),
         DiagnosisName::Field(index) => field(device.profibus()?.diagnosis.fields.get(index)?, octets)?,
+    })
+}
+
+/// The first alarm of DP-V1 among the blocks of a diagnosis.
+fn first_alarm(diagnosis: &SlaveDiag) -> Option<DiagnosisMessage<'_>> {
+    diagnosis.blocks().map_while(Result::ok).find_map(|block| match block {
+        DiagnosisBlock::Device(data) => DiagnosisMessage::parse(data).ok().filter(|of| of.alarm().is_some()),
+        DiagnosisBlock::Identifier(_) | DiagnosisBlock::Channel(_) | DiagnosisBlock::Revision(_) => None,
     })
 }
 

@@ -48,9 +48,14 @@ fn in_diagnosis(name: DiagnosisName, view: &NameView<'_>) -> Option<(usize, Opti
             let bit = field.bits.and_then(|(low, width)| (width == 1).then_some(u8::try_from(low).ok()).flatten());
             (field.octet, bit)
         }
-        DiagnosisName::Length | DiagnosisName::Bytes | DiagnosisName::Errors | DiagnosisName::MasterLock => {
-            return None;
-        }
+        DiagnosisName::Length
+        | DiagnosisName::Bytes
+        | DiagnosisName::Errors
+        | DiagnosisName::AlarmType
+        | DiagnosisName::AlarmSlot
+        | DiagnosisName::AlarmChange
+        | DiagnosisName::AlarmSpecifier
+        | DiagnosisName::MasterLock => return None,
     })
 }
 

@@ -1,7 +1,7 @@
 //! Topic files: cases with their tables, rules, and the common suites that a manual uses.
 
 use super::checks::{any_check_of_the_case, any_step, is_check, wants_life};
-use super::device_yaml::plain;
+use super::device_yaml::{flag, plain};
 use super::entry::{TopicEntry, entries, variants};
 use super::error::{Read, every};
 use super::frame::{Column, Progress, StepScope, is_none, replaced};
@@ -193,6 +193,7 @@ impl<'n> Topic<'n> {
         let mut once = FxHashSet::default();
         covers.retain(|requirement| once.insert(*requirement));
         let begin = ground.mistakes.keep(begin).flatten();
+        let bit_timing = ground.mistakes.keep(flag(entry.keyed, &case::bit_timing)).unwrap_or_default();
         let caught = ground.mistakes.keep(catches(entry, Some((row, rows)), ground, names)).unwrap_or_default();
         let (given, steps, finally) = (place.steps(&given), place.steps(&steps), place.steps(&finally));
         if ground.mistakes.noted() > before || entry.is_partial {
@@ -232,6 +233,7 @@ impl<'n> Topic<'n> {
                 given,
                 steps,
                 finally,
+                bit_timing,
                 saved: progress.saved.take().into_iter().map(|(name, _)| name).collect(),
             }
             .into(),

@@ -67,9 +67,9 @@ impl StepScope<'_, '_> {
             },
             "alarm_ack" => DpService::AlarmAck {
                 own_access_point: fields.get("own_access_point").map_or(Ok(false), |node| self.bit(node))?,
-                slot: self.number(field("slot")?, "a slot")?,
-                alarm_type: self.number(field("alarm_type")?, "a type of an alarm")?,
-                specifier: self.number(field("specifier")?, "a specifier")?,
+                slot: self.value(field("slot")?, &Type::whole(8, false))?,
+                alarm_type: self.value(field("alarm_type")?, &Type::whole(8, false))?,
+                specifier: self.value(field("specifier")?, &Type::whole(8, false))?,
             },
             "im_read" | "ms2_im_read" => {
                 let record = field("record")?;

@@ -29,6 +29,7 @@ key_set! {
         variants may NonEmpty(&Label), "The variants it runs on, all by default.";
         catches may NonEmpty(&Label), "Bugs of the reference device that must make this case fail, in each of its rows.";
         start may Start, "The connection it begins with, or `none`.";
+        bit_timing may Flag, "The case is about bit times, which no serial line keeps: it does not run on a live bench.";
         with may Table, "A table: each entry is a trial; in a common suite also its columns, for which the manual gives the rows.";
         given may List(&Step), "Brings the device where the test begins.";
         steps must NonEmpty(&Step), "The test.";

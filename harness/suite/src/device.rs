@@ -136,6 +136,10 @@ impl DeviceDescription {
             DiagnosisName::Ident => "ident",
             DiagnosisName::Master => "master",
             DiagnosisName::Errors => "errors",
+            DiagnosisName::AlarmType => "alarm_type",
+            DiagnosisName::AlarmSlot => "alarm_slot",
+            DiagnosisName::AlarmChange => "alarm_change",
+            DiagnosisName::AlarmSpecifier => "alarm_specifier",
             DiagnosisName::MasterLock => Status1::MASTER_LOCK.words().next().unwrap_or_default(),
             DiagnosisName::Bit { octet, bit } => profibus::status_word(octet, bit).unwrap_or_default(),
             DiagnosisName::Field(index) => {

@@ -4,8 +4,8 @@ use super::Group;
 use super::dp_slave_state::{
     AnyAccessPoint, AnyIdentification, CommandOfBefore, ConnectionTakenOver, ConnectionWithoutEnd, ExchangeWithAnybody,
     FirstMasterOnly, ForgottenFaults, FormerAddress, InCentiseconds, LeavesExchange, LockUntilPowerOff,
-    NeedsParametersInExchange, NoExchangeAt, OutputsOfBefore, OutputsWithoutData, Repaired, Replaced, asked_by_owner,
-    completed, of_owner, to_access_point,
+    NeedsParametersInExchange, NoExchangeAt, OutputsOfBefore, OutputsWithoutData, Repaired, Replaced, SlowPolls,
+    asked_by_owner, completed, of_owner, to_access_point,
 };
 use crate::needs::Need;
 use crate::seams::slave::{frame, request, with_data};
@@ -80,6 +80,8 @@ pub static GROUPS: &[Group] = &[Group {
             });
         "modes-refused" "Freeze_Req and Sync_Req are reported as not supported, although the GSD has them."
             => |d| d.slave.check(|check, right| right && check != SlaveStackCheck::Modes);
+        "isochronous-mode-ignored" "Set_Prm with IsoM_Req is taken, although the slave has no isochronous mode."
+            => |d| d.slave.check(|check, right| right || check == SlaveStackCheck::Isochronous);
         "wrong-parameters-of-others-taken" "A wrong Set_Prm of another master ends data exchange."
             => |d| d.slave.add(Replaced::new(|session, frame, service| {
                 let is_wrong = service == SapService::Slave(SlaveSap::SET_PRM) && frame.data.get(4..6) != Some(&[0xFE, 0xED]);
@@ -174,6 +176,8 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.slave.add(ChangedOutputs(|octets| if octets.len() > 1 { octets.swap(0, 1) }));
         "outputs-kept-without-data" "A Data_Exchange without outputs keeps the former ones in spite of Fail_Safe."
             => |d| d.slave.add(OutputsWithoutData::default());
+        "polls-in-a-millisecond-missed" "Of polls that are less than 2 ms apart only the first is answered."
+            => |d| d.slave.add(SlowPolls::default());
         "diagnosis-fetched-by-anybody" "A Slave_Diag of any master ends the announcement of a diagnosis."
             => |d| d.slave.add(Replaced::new(|session, frame, service| {
                 let is_foreign = service == SapService::Slave(SlaveSap::SLAVE_DIAG) && session.owner() != Some(frame.sa);

@@ -234,6 +234,34 @@ impl SlaveHooks for NoExchangeAt {
     }
 }
 
+/// Answers no poll that follows another one in less than 2 ms.
+#[derive(Default)]
+pub struct SlowPolls {
+    last: Option<Time>,
+    is_poll: bool,
+    is_missed: bool,
+}
+
+impl SlaveHooks for SlowPolls {
+    fn received_telegrams(&mut self, _: &dyn SlaveApplication, telegram: &[u8]) -> Vec<Vec<u8>> {
+        self.is_poll = request(telegram).is_some_and(|(_, service)| service == SapService::DataExchange);
+        vec![telegram.to_vec()]
+    }
+
+    fn inputs(&mut self, now: Time, _: &mut [u8]) {
+        if self.is_poll {
+            self.is_missed = self.last.is_some_and(|last| now.since(last) < core::time::Duration::from_millis(2));
+            self.last = Some(now);
+        }
+    }
+
+    fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
+        if self.is_poll && self.is_missed {
+            telegram.clear();
+        }
+    }
+}
+
 /// Serves only the first master that sends parameters.
 #[derive(Default)]
 pub struct FirstMasterOnly(Option<u8>);

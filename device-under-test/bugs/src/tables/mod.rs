@@ -28,6 +28,8 @@ pub mod dcp_options;
 mod dcp_options_state;
 pub mod diagnosis;
 mod diagnosis_state;
+pub mod dp_alarms;
+mod dp_alarms_state;
 pub mod dp_diagnosis;
 pub mod dp_encoder;
 pub mod dp_presets;
@@ -81,6 +83,7 @@ pub static GROUPS: &[&[Group]] = &[
     connect_fields::GROUPS,
     dcp_options::GROUPS,
     diagnosis::GROUPS,
+    dp_alarms::GROUPS,
     dp_diagnosis::GROUPS,
     dp_encoder::GROUPS,
     dp_presets::GROUPS,

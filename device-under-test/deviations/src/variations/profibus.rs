@@ -148,6 +148,21 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.slave.add(AnnouncedDiagnosis::every(100));
         },
     },
+    Group {
+        needs: &[Need::Of(&manuals::DP_SLAVE)],
+        deviations: permitted! {
+            "alarm-with-data" "An alarm has two more bytes after its specifier."
+                "IEC 61158-6-3, Alarm-PDU: up to 59 bytes of Diagnostic_User_Data after the specifier"
+                => |d| d.slave.diagnosis(|diag, _| if let [4, kind @ ..0x80, slot, specifier] = *diag.ext.as_slice() {
+                    diag.ext = [6, kind, slot, specifier, 0x12, 0x34].to_vec();
+                });
+            "alarm-after-the-other-blocks" "An alarm is the last block of the diagnosis."
+                "IEC 61158-6-3, Ext_Diag_Data: the blocks come in any order"
+                => |d| d.slave.diagnosis(|diag, _| if let [4, ..0x80, ..] = diag.ext.as_slice() {
+                    diag.ext.rotate_left(4);
+                });
+        },
+    },
     // The others have these modes.
     Group {
         needs: &[Need::Of(&manuals::DATALOGIC_AMT58)],

@@ -171,6 +171,8 @@ pub struct SlaveIdentity {
     pub ms2: usize,
     /// The features and addresses in the answer to the Initiate of a class 2 master.
     pub abilities: Option<InitiateFeatures>,
+    /// Whether the slave supports isochronous mode.
+    pub isochronous: bool,
     /// Whether the slave supports Set_Ext_Prm.
     pub set_ext_prm: bool,
 }

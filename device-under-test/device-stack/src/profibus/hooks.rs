@@ -46,6 +46,8 @@ pub enum SlaveStackCheck {
     Class1(Option<u8>),
     /// The slave has the modes that Set_Prm requests: Freeze and Sync, as its GSD says.
     Modes,
+    /// The slave has isochronous mode, which Set_Prm requests.
+    Isochronous,
     /// Another master may read inputs and outputs: RD_Inp and RD_Outp are services of the slave.
     ReadServices,
 }

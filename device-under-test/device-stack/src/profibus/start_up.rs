@@ -7,7 +7,7 @@ use super::link::ServiceAnswer;
 use super::slave::{PoweredSlave, SlaveEnv};
 use core::time::Duration;
 use wire::profibus::fdl::BitTimes;
-use wire::profibus::prm::{Dpv1, Dpv1Status1, PrmBlock, SetPrm, StationStatus};
+use wire::profibus::prm::{Dpv1, Dpv1Status1, Dpv1Status3, PrmBlock, SetPrm, StationStatus};
 
 /// The request in the Lock_Req and Unlock_Req bits of Set_Prm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,8 +62,10 @@ impl PoweredSlave {
         let has_modes = !lacks(StationStatus::FREEZE_REQ, self.identity.freeze)
             && !lacks(StationStatus::SYNC_REQ, self.identity.sync);
         let modes = status.has(StationStatus::FREEZE_REQ) || status.has(StationStatus::SYNC_REQ);
-        let not_supported = modes && !self.check(env, SlaveStackCheck::Modes, has_modes);
         let dpv1 = parameters.dpv1().filter(|_| self.identity.dpv1).unwrap_or_default();
+        let lacks_clock = dpv1.status_3.has(Dpv1Status3::ISOCHRONOUS) && !self.identity.isochronous;
+        let not_supported = modes && !self.check(env, SlaveStackCheck::Modes, has_modes)
+            || lacks_clock && !self.check(env, SlaveStackCheck::Isochronous, false);
         let factors = u32::from(parameters.wd_fact_1) * u32::from(parameters.wd_fact_2);
         let has_watchdog = status.has(StationStatus::WD_ON);
         let is_own = self.check(env, SlaveStackCheck::Ident(parameters.ident), parameters.ident == self.identity.ident);

@@ -2,20 +2,25 @@
 //!
 //! It is the reference for rules that hold for every DP slave. The module `B3 D0` receives four bytes and sends them back, followed by
 //! a counter of two bytes; the module `B3` has no counter. The slave has Freeze, Sync, Fail_Safe, Set_Slave_Address, records for
-//! masters of both classes, I&M0 and I&M1, and three faults: two that its diagnosis names, and one that makes its inputs unusable. Ident
-//! number, identifiers, records and diagnoses are invented.
+//! masters of both classes, I&M0 and I&M1, alarms, and three faults: two that its diagnosis names, and one that makes its inputs
+//! unusable. Ident number, identifiers, records, diagnoses and alarms are invented.
 //!
 //! This module must not depend on encoders.
 
+mod alarms;
+
+use alarms::AlarmSender;
 use alloc::vec::Vec;
 use core::mem;
 use core::time::Duration;
 use device_stack::profibus::{
-    DiagnosisBits, Dpv1Access, Dpv1Channel, Dpv1RecordRefusal, ExchangeEnd, SlaveApplication, SlaveIdentity,
+    AcknowledgedAlarm, DiagnosisBits, Dpv1Access, Dpv1Channel, Dpv1RecordRefusal, ExchangeEnd, SlaveApplication,
+    SlaveIdentity,
 };
 use station::{StandAction, Time};
 use wire::profibus::call::{CALL_INDEX, Call, DpIm0, ExtendedFunction, FunctionIndex};
 use wire::profibus::cfg::IoLengths;
+use wire::profibus::diag::{DpAlarmType, SpecifierChange};
 use wire::profibus::dpv1::RecordError;
 use wire::profibus::prm::SetPrm;
 use wire::profinet::blocks::im::{Im0, SoftwareRevision};
@@ -47,6 +52,14 @@ const IM1_OCTETS: usize = 54;
 const FAULTS: [(&str, [u8; 3]); 2] = [("passing", [0x80, 0xC0, 0x81]), ("standing", [0x81, 0x40, 0xA6])];
 /// The fault that makes the inputs unusable, which sets Stat_Diag.
 const UNUSABLE: &str = "unusable";
+/// The event of the process, which is a process alarm when it comes.
+const EVENT: &str = "event";
+/// The spare module without data, which is pulled or plugged.
+const PULLED: &str = "pulled";
+/// The slot of the first module; the second has the next one.
+const FIRST_MODULE: u8 = 1;
+/// The slot of the spare module.
+const SPARE_MODULE: u8 = 3;
 
 /// I&M0 of the slave.
 const IDENTIFICATION: DpIm0 = DpIm0 {
@@ -74,6 +87,8 @@ pub struct GenericSlave {
     im1: [u8; IM1_OCTETS],
     faults: [bool; FAULTS.len()],
     is_unusable: bool,
+    has_event: bool,
+    is_pulled: bool,
     has_changed: bool,
 }
 
@@ -86,6 +101,8 @@ struct PlainSlaveData {
     note: [u8; 4],
     /// The function that each master has called and not read yet.
     called: Vec<(Dpv1Channel, FunctionIndex)>,
+    is_exchanging: bool,
+    alarms: AlarmSender,
 }
 
 impl PlainSlaveData {
@@ -97,6 +114,8 @@ impl PlainSlaveData {
         count: 0,
         note: [0; 4],
         called: Vec::new(),
+        is_exchanging: false,
+        alarms: AlarmSender::new(),
     };
 }
 
@@ -112,8 +131,9 @@ impl GenericSlave {
             dpv1: true,
             ms1: true,
             ms2: 1,
-            extra_alarm_sap: false,
+            extra_alarm_sap: true,
             abilities: None,
+            isochronous: false,
             set_ext_prm: false,
         };
         GenericSlave {
@@ -124,7 +144,16 @@ impl GenericSlave {
             im1: [b' '; IM1_OCTETS],
             faults: [false; FAULTS.len()],
             is_unusable: false,
+            has_event: false,
+            is_pulled: false,
             has_changed: false,
+        }
+    }
+
+    /// Raises an alarm, which exists in data exchange only.
+    fn raise(&mut self, alarm_type: DpAlarmType, slot: u8, change: SpecifierChange) {
+        if self.ram.is_exchanging {
+            self.has_changed |= self.ram.alarms.raise(alarm_type, slot, change);
         }
     }
 
@@ -196,6 +225,7 @@ impl SlaveApplication for GenericSlave {
         let is_valid = STEPS.contains(&step);
         if is_valid {
             self.ram.step = step;
+            self.ram.alarms.begin(parameters.dpv1().unwrap_or_default());
         }
         is_valid
     }
@@ -210,9 +240,17 @@ impl SlaveApplication for GenericSlave {
         out.extend_from_slice(self.ram.configuration);
     }
 
-    fn exchange_begins(&mut self, _: Time) {}
+    fn exchange_begins(&mut self, _: Time) {
+        self.ram.is_exchanging = true;
+        for (at, _) in self.faults.into_iter().enumerate().filter(|(_, is_present)| *is_present) {
+            self.raise(DpAlarmType::DIAGNOSIS, FIRST_MODULE + at as u8, SpecifierChange::Appears);
+        }
+    }
 
-    fn exchange_ends(&mut self, _: Time, _: ExchangeEnd) {}
+    fn exchange_ends(&mut self, _: Time, _: ExchangeEnd) {
+        self.ram.is_exchanging = false;
+        self.ram.alarms.end();
+    }
 
     fn outputs(&mut self, _: Time, data: Option<&[u8]>) {
         self.ram.outputs = data.and_then(|data| data.try_into().ok()).unwrap_or_default();
@@ -225,6 +263,7 @@ impl SlaveApplication for GenericSlave {
     }
 
     fn diagnosis(&mut self, _: Time, out: &mut Vec<u8>) -> DiagnosisBits {
+        self.has_changed |= self.ram.alarms.write(out);
         let reported = || FAULTS.iter().zip(self.faults).enumerate().filter(|(_, (_, is_present))| *is_present);
         let ext_diag = reported().next().is_some();
         if ext_diag {
@@ -269,18 +308,41 @@ impl SlaveApplication for GenericSlave {
         Ok(())
     }
 
+    fn acknowledge_alarm(&mut self, _: Time, alarm: AcknowledgedAlarm) -> Result<(), Dpv1RecordRefusal> {
+        self.has_changed |= self.ram.alarms.acknowledge(alarm)?;
+        Ok(())
+    }
+
     fn forget(&mut self, _: Time, channel: Dpv1Channel) {
         self.ram.called.retain(|(known, _)| *known != channel);
     }
 
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
         let StandAction::Fault(name, is_present) = *action else { return None };
-        let fault = match FAULTS.iter().position(|(known, _)| *known == name) {
-            Some(at) => &mut self.faults[at],
-            None if name == UNUSABLE => &mut self.is_unusable,
-            None => return None,
-        };
-        self.has_changed |= mem::replace(fault, is_present) != is_present;
+        if let Some(at) = FAULTS.iter().position(|(known, _)| *known == name) {
+            if mem::replace(&mut self.faults[at], is_present) != is_present {
+                self.has_changed = true;
+                let change = match (is_present, self.faults.contains(&true)) {
+                    (true, _) => SpecifierChange::Appears,
+                    (false, false) => SpecifierChange::Disappears,
+                    (false, true) => SpecifierChange::DisappearsOthersRemain,
+                };
+                self.raise(DpAlarmType::DIAGNOSIS, FIRST_MODULE + at as u8, change);
+            }
+            return Some(now);
+        }
+        match name {
+            UNUSABLE => self.has_changed |= mem::replace(&mut self.is_unusable, is_present) != is_present,
+            EVENT if mem::replace(&mut self.has_event, is_present) != is_present && is_present => {
+                self.raise(DpAlarmType::PROCESS, FIRST_MODULE, SpecifierChange::NotDifferentiated);
+            }
+            PULLED if mem::replace(&mut self.is_pulled, is_present) != is_present => {
+                let alarm_type = if is_present { DpAlarmType::PULL } else { DpAlarmType::PLUG };
+                self.raise(alarm_type, SPARE_MODULE, SpecifierChange::NotDifferentiated);
+            }
+            EVENT | PULLED => {}
+            _ => return None,
+        }
         Some(now)
     }
 }

@@ -130,7 +130,18 @@ impl ConversationState<'_> {
             Address::Fdl(number) => Some(number),
             Address::Mac(_) => None,
         });
-        let named = DiagnosisName::words().map(|(_, name)| name).filter(|name| *name != DiagnosisName::Bytes);
+        // Whether a block is an alarm depends on DP-V1, and the bytes show it anyway.
+        let is_left_out = |name: &DiagnosisName| {
+            matches!(
+                name,
+                DiagnosisName::Bytes
+                    | DiagnosisName::AlarmType
+                    | DiagnosisName::AlarmSlot
+                    | DiagnosisName::AlarmChange
+                    | DiagnosisName::AlarmSpecifier
+            )
+        };
+        let named = DiagnosisName::words().map(|(_, name)| name).filter(|name| !is_left_out(name));
         let names = named.chain((0..layout.fields.len()).map(DiagnosisName::Field));
         let mut said = Vec::new();
         for name in names {

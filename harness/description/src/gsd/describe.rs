@@ -39,8 +39,21 @@ pub enum DescribeError {
 /// The bytes of DP-V1 at the begin of the user bytes.
 const DPV1: usize = 3;
 /// Features whose behaviour no GSD describes: their modules are those of the plain slave, and no slave claims them unseen.
-const UNSEEN: [&str; 8] =
-    ["mirror", "freeze_mode", "sync_mode", "fail_safe", "plain_diagnosis", "ms1", "ms2", "im_class_2"];
+const UNSEEN: [&str; 13] = [
+    "mirror",
+    "freeze_mode",
+    "sync_mode",
+    "fail_safe",
+    "plain_diagnosis",
+    "ms1",
+    "ms2",
+    "im_class_2",
+    "process_alarm",
+    "diagnosis_alarm",
+    "pull_plug_alarm",
+    "alarm_sequence",
+    "alarm_access_point",
+];
 
 /// Describes a slave by its GSD, with the module of this name, or with its only one.
 pub fn describe(gsd: &Gsd, wanted: Option<&str>) -> Result<DescribedSlave, DescribeError> {
@@ -69,7 +82,7 @@ pub fn describe(gsd: &Gsd, wanted: Option<&str>) -> Result<DescribedSlave, Descr
         text,
         "device: dp-slave\nbus: profibus\ntitle: \"{}\"\nidentity: {{ ident: 0x{:04X} }}\naddress: 5\nvariants: [plain]\n\
          timing: {{ reaction: 100ms, start: 5s, power_up: 5s, save: 2s }}\nconstants: {{ ident: 0x{:04X}, freeze: {}, sync: {}, \
-         input_octets: {}, output_octets: {}, longest_diagnosis: {longest}{} }}",
+         input_octets: {}, output_octets: {}, longest_diagnosis: {longest}, slot_of_the_event: 1{} }}",
         plain(&gsd.model),
         gsd.ident,
         gsd.ident,
@@ -130,7 +143,8 @@ pub fn describe(gsd: &Gsd, wanted: Option<&str>) -> Result<DescribedSlave, Descr
     let flash = parts.as_ref().map_or("", |_| ", flash: the checksum of the stored data is wrong");
     let stand = format!(
         "stand: {{ faults: {{ passing: a fault that comes and goes, standing: a fault before data exchange, \
-         unusable: no valid data{flash} }} }}\n"
+         unusable: no valid data, \
+         event: an event of the process, pulled: a module that is pulled{flash} }} }}\n"
     );
     if let Some(parts) = &parts {
         text.push_str(parts.diagnosis);

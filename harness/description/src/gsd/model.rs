@@ -37,6 +37,8 @@ pub struct Gsd {
     pub identification: bool,
     /// `Isochron_Mode_supp`.
     pub isochronous: bool,
+    /// `Min_Slave_Intervall` in 100 us: the shortest time between two polls.
+    pub min_slave_interval: u32,
     /// `Max_Diag_Data_Len` in bytes, if given.
     pub max_diagnosis: Option<usize>,
     /// `Max_Input_Len` in bytes, if given.

@@ -7,17 +7,21 @@ use crate::gsdml::Overlay;
 use crate::record_match::RecordMatch;
 use crate::start_parameters::DescribedParameter;
 use plain_text::hex;
+use std::time::Duration;
 use suite::device::{DeviceDescription, Origin};
 use wire::profibus::cfg::{Identifier, io_lengths};
 
 /// The layout that this module takes over, in its sentences.
 const USER_LAYOUT: &str = "the layout of the user bytes of Set_Prm";
 
+/// The unit of Min_Slave_Intervall.
+const MIN_SLAVE_INTERVAL_UNIT: Duration = Duration::from_micros(100);
+
 /// Replaces the ident number and the identifiers that `device.yaml` marks as invented by those of a GSD, and marks them as taken from
 /// a description. If no manual prints the layout of the user bytes, each of its parameters is found by its meaning; `confirmed` has pairs
 /// of a parameter and its name in the GSD on which a person decided.
 ///
-/// Values printed in the manual are not changed. If several modules of a GSD have the same lengths, none of them is used.
+/// Polls are at least Min_Slave_Intervall apart. Values printed in the manual are not changed. If several modules of a GSD have the same lengths, none of them is used.
 pub fn overlay(device: &mut DeviceDescription, gsd: Option<&Gsd>, confirmed: &[(String, String)]) -> Overlay {
     let mut done = Overlay::default();
     if let Some(slave) = device.bus.profibus_mut().filter(|slave| slave.ident_origin == Origin::Invented) {
@@ -28,6 +32,9 @@ pub fn overlay(device: &mut DeviceDescription, gsd: Option<&Gsd>, confirmed: &[(
             }
             None => done.missing.push("the ident number: there is no GSD".into()),
         }
+    }
+    if let (Some(slave), Some(gsd)) = (device.bus.profibus_mut(), gsd) {
+        slave.min_slave_interval = MIN_SLAVE_INTERVAL_UNIT * gsd.min_slave_interval;
     }
     modules(device, gsd, &mut done);
     user_octets(device, gsd, confirmed, &mut done);

@@ -177,6 +177,9 @@ impl GsdReader {
             "wd_base_1ms_supp" => self.gsd.watchdog_1ms = flag()?,
             "ident_maintenance_supp" => self.gsd.identification = flag()?,
             "isochron_mode_supp" => self.gsd.isochronous = flag()?,
+            "min_slave_intervall" => {
+                self.gsd.min_slave_interval = u32::try_from(line.number(value)?).unwrap_or_default();
+            }
             "max_diag_data_len" => self.gsd.max_diagnosis = Some(line.size(value)?),
             "max_input_len" => self.gsd.max_inputs = Some(line.size(value)?),
             "max_output_len" => self.gsd.max_outputs = Some(line.size(value)?),

@@ -4,7 +4,9 @@
 use crate::built_in::manuals;
 use encspec::gsd::{self, FieldType, Gsd, GsdModule};
 use encspec::result::FindingSeverity;
+use encspec::suite::model::ConnectionStart;
 use gsd_parser::UserPrmDataType;
+use std::time::Duration;
 
 fn files() -> impl Iterator<Item = (&'static str, &'static str, Gsd)> {
     let read = |text: &str| gsd::read(text).expect("a shipped GSD is read");
@@ -152,4 +154,21 @@ fn damaged_files_do_not_panic() {
             let _ = gsd::read_octets(&damaged);
         }
     }
+}
+
+/// Guideline 2.122, Min_Slave_Intervall: in units of 100 us.
+#[test]
+fn polls_are_at_least_min_slave_interval_apart() {
+    let (_, text) = suites::gsd().iter().find(|(path, _)| path.starts_with("dp-slave/")).expect("it is shipped");
+    let manual = manuals().iter().find(|of| of.device.name == "dp-slave").unwrap();
+    let usual = manual.variants[0].trials.iter().find_map(|trial| trial.start()).unwrap();
+    let polls = |interval: &str, cycle: u64| {
+        let text = text.replace("Min_Slave_Intervall=1\n", &format!("Min_Slave_Intervall={interval}\n"));
+        let mut device = (*manual.device).clone();
+        gsd::overlay(&mut device, Some(&gsd::read(&text).expect("it is read")), &[]);
+        ConnectionStart { cycle: Some(Duration::from_millis(cycle)), ..usual.clone() }.cycle(&device)
+    };
+    assert_eq!(polls("200", 1), Duration::from_millis(20));
+    assert_eq!(polls("200", 30), Duration::from_millis(30));
+    assert_eq!(polls("1", 1), Duration::from_millis(1));
 }

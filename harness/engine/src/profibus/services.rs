@@ -154,11 +154,7 @@ impl<'a> RunningTrial<'a> {
     fn service_request(&mut self, service: &DpService, to: u8) -> Result<MasterRequest, BoxedStepError> {
         Ok(match service {
             DpService::SetSlaveAddress { new, ident, lock, length } => {
-                let number = new.eval(&self.world.view(), &HistoryState::default()).as_whole();
-                let Some(address) = number.and_then(|number| u8::try_from(number).ok()) else {
-                    let what = "The new station address is unknown.";
-                    return Err(StepError::other(FailureCause::Suite, Verdict::Error, what));
-                };
+                let address = self.octet_of(new, "The new station address is unknown.")?;
                 self.slave.assign(address);
                 let set = SetSlaveAddress { address, ident: *ident, no_change: *lock, slave_data: Vec::new() };
                 match length {
@@ -202,9 +198,11 @@ impl<'a> RunningTrial<'a> {
             DpService::AlarmAck { own_access_point, slot, alarm_type, specifier } => MasterRequest::AcknowledgeAlarm {
                 to,
                 own_access_point: *own_access_point,
-                slot: *slot,
-                alarm_type: *alarm_type,
-                specifier: Specifier(*specifier),
+                slot: self.octet_of(slot, "The slot of the alarm is unknown: no diagnosis with an alarm was read.")?,
+                alarm_type: self.octet_of(alarm_type, "The type of the alarm is unknown: no diagnosis was read.")?,
+                specifier: Specifier(
+                    self.octet_of(specifier, "The specifier is unknown: no diagnosis with an alarm was read.")?,
+                ),
             },
             DpService::ImRead { slot, number, class_2 } => {
                 let index = FunctionIndex::im(*number).unwrap_or(FunctionIndex::IM0);
@@ -218,6 +216,13 @@ impl<'a> RunningTrial<'a> {
             | DpService::Ms2Write { .. }
             | DpService::Ms2Abort { .. } => MasterRequest::Ms2 { to, service: ms2_service(service) },
         })
+    }
+
+    /// The value of an expression as a byte; `what` is the sentence for one that has none.
+    fn octet_of(&self, program: &Program, what: &'static str) -> Result<u8, BoxedStepError> {
+        let number = program.eval(&self.world.view(), &HistoryState::default()).as_whole();
+        let octet = number.and_then(|number| u8::try_from(number).ok());
+        octet.ok_or_else(|| StepError::other(FailureCause::Suite, Verdict::Error, what))
     }
 
     fn module_in_use(&self) -> Option<&DeviceModule> {

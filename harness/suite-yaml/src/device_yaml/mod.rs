@@ -36,6 +36,7 @@ use super::yaml::Node;
 use expression::{Allow, NameScope, Number, Program, ResolvedName, Type, Value, WordTable};
 use std::cell::RefCell;
 use std::sync::Arc;
+use std::time::Duration;
 use suite::device::{
     DeviceDescription, DeviceRecord, LastingChanges, ProfibusFacts, ProfinetFacts, ProfinetIdentity,
     VariantIdentification,
@@ -206,7 +207,9 @@ impl<'n> DeviceReader<'n> {
             Some(WiredSlave { address, set_prm, diagnosis }) => {
                 let (ident, ident_origin) = self.ident()?;
                 let parameter_slot = access.slot;
-                ProfibusFacts { ident, ident_origin, address, set_prm, diagnosis, parameter_slot }.into()
+                let min_slave_interval = Duration::ZERO;
+                ProfibusFacts { ident, ident_origin, address, set_prm, diagnosis, min_slave_interval, parameter_slot }
+                    .into()
             }
         };
         let device = DeviceDescription {

@@ -16,6 +16,10 @@ pub(super) const NAMES: Sentences = &[
     ("diag.ident", "the ident number in it"),
     ("diag.master", "the address of the master in it; 255 for none"),
     ("diag.errors", "a set of words for the codes in its blocks"),
+    ("diag.alarm_type", "the type of the first alarm of DP-V1 in it; 0 without an alarm"),
+    ("diag.alarm_slot", "the slot of that alarm"),
+    ("diag.alarm_change", "bits 0 and 1 of its specifier: 1 appears, 2 disappears, 3 disappears and others remain"),
+    ("diag.alarm_specifier", "the specifier of that alarm, which Alarm_Ack returns"),
     (
         "device",
         "as_delivered: one as it was delivered takes its place, with nothing stored, at the address that it comes with",
@@ -206,9 +210,9 @@ key_set! {
 
 key_set! {
     pub(crate) alarm_ack "alarm_ack" {
-        slot must Whole(0, 0xFF), "The slot of the alarm.";
-        alarm_type must Whole(0, 0x7F), "The type of the alarm.";
-        specifier must Whole(0, 0xFF), "The specifier of the alarm: the sequence number in bits 3 to 7.";
+        slot must Scalar, "The slot of the alarm.";
+        alarm_type must Scalar, "The type of the alarm.";
+        specifier must Scalar, "The specifier of the alarm: the sequence number in bits 3 to 7.";
         own_access_point may Whole(0, 1), "Whether it goes to access point 50, which only acknowledges alarms, instead of 51.";
     }
 }

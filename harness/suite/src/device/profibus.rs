@@ -3,6 +3,7 @@
 use super::{Origin, WordTable};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use std::time::Duration;
 use wire::profibus::diag::{Status1, Status2, Status3};
 
 /// The part of `device.yaml` that only devices on PROFIBUS have.
@@ -18,6 +19,8 @@ pub struct ProfibusFacts {
     pub set_prm: UserPrmLayout,
     /// Slave_Diag.
     pub diagnosis: DiagnosisLayout,
+    /// The shortest time between two polls (Min_Slave_Intervall of its GSD); zero if it is not known.
+    pub min_slave_interval: Duration,
     /// Slot of the data set for parameter requests and responses.
     pub parameter_slot: u8,
 }
@@ -152,6 +155,14 @@ pub enum DiagnosisName {
     /// `diag.master_lock`: the slave is parameterised by another master. The requesting master derives it from the address in the
     /// diagnosis; the slave sends the bit as 0.
     MasterLock,
+    /// `diag.alarm_type`: the type of the first alarm of DP-V1 in the diagnosis; 0 without an alarm.
+    AlarmType,
+    /// `diag.alarm_slot`: the slot of that alarm.
+    AlarmSlot,
+    /// `diag.alarm_change`: bits 0 and 1 of the specifier of that alarm: 1 appears, 2 disappears, 3 disappears and others remain.
+    AlarmChange,
+    /// `diag.alarm_specifier`: the specifier of that alarm, which Alarm_Ack returns.
+    AlarmSpecifier,
     /// A field (index into [`DiagnosisLayout::fields`]).
     Field(usize),
 }
@@ -170,6 +181,10 @@ impl DiagnosisName {
             ("ident", DiagnosisName::Ident),
             ("master", DiagnosisName::Master),
             ("errors", DiagnosisName::Errors),
+            ("alarm_type", DiagnosisName::AlarmType),
+            ("alarm_slot", DiagnosisName::AlarmSlot),
+            ("alarm_change", DiagnosisName::AlarmChange),
+            ("alarm_specifier", DiagnosisName::AlarmSpecifier),
         ];
         let places = (0..3).flat_map(|octet| (0..8).map(move |bit| (octet, bit)));
         let bits = places.filter_map(|(octet, bit)| {

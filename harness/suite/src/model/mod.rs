@@ -244,7 +244,8 @@ pub struct ConnectionStart {
 impl ConnectionStart {
     /// Cycle time: of the case, else of the bench, else the default of the language.
     pub fn cycle(&self, device: &DeviceDescription) -> Duration {
-        self.isochronous.or(self.cycle).unwrap_or(device.timing.cycle)
+        let shortest = device.profibus().map_or(Duration::ZERO, |slave| slave.min_slave_interval);
+        self.isochronous.or(self.cycle).unwrap_or(device.timing.cycle).max(shortest)
     }
 
     /// Watchdog time: of the case, else of the bench, else ten cycles, on PROFIBUS one second. `unwatched` is ignored.

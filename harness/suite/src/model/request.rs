@@ -287,7 +287,7 @@ pub enum DpService {
     /// DS_Write over MS1.
     Write { slot: u8, index: u8, bytes: Vec<u8> },
     /// Alarm_Ack over MS1, to access point 50 where `own_access_point`, else to 51.
-    AlarmAck { own_access_point: bool, slot: u8, alarm_type: u8, specifier: u8 },
+    AlarmAck { own_access_point: bool, slot: Program, alarm_type: Program, specifier: Program },
     /// CALL of I&M`number`, over MS1 or MS2.
     ImRead { slot: u8, number: u8, class_2: bool },
     /// Initiate: opens the MS2 connection of the master.

@@ -17,6 +17,8 @@ pub struct TrialSteps {
     pub steps: Vec<TrialStep>,
     /// Steps that always run at the end.
     pub finally: Vec<TrialStep>,
+    /// Whether it is about bit times, which no serial line keeps.
+    pub bit_timing: bool,
     /// The names of `save`, by their number in [`NameKind::Saved`](crate::device::NameKind::Saved).
     pub saved: Vec<String>,
 }

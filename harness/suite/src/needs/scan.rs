@@ -32,6 +32,9 @@ pub(super) fn trial(manual: &Manual, variant: &SuiteVariant, trial: &Trial) -> V
     for steps in trial.parts() {
         scan.steps(steps, 1);
     }
+    if trial.how().bit_timing {
+        scan.add(BenchNeed::BitTiming);
+    }
     scan.finish()
 }
 

@@ -47,6 +47,7 @@ pub fn bench(hooks: Attached<dyn SlaveHooks>) -> SlaveBench<DpDevice<ToySlaveApp
         extra_alarm_sap: true,
         ms2: 1,
         abilities: None,
+        isochronous: false,
         set_ext_prm: false,
     };
     let toy = ToySlaveApplication {

@@ -53,6 +53,7 @@ fn identity(ident: u16) -> SlaveIdentity {
         extra_alarm_sap: false,
         ms2: 0,
         abilities: None,
+        isochronous: false,
         set_ext_prm: false,
     }
 }

@@ -75,6 +75,7 @@ impl Encoder {
             extra_alarm_sap: false,
             ms2: 0,
             abilities: None,
+            isochronous: true,
             set_ext_prm: false,
         };
         Encoder {
