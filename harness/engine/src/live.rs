@@ -64,6 +64,16 @@ impl DeviceBackup<'_> {
         self.has_any(&[change::IP, change::TEMPORARY_IP, change::FACTORY_RESET, change::NEW_DEVICE])
     }
 
+    /// Whether the station name may differ, or one that looks the same may be stored now.
+    pub fn set_name(&self) -> bool {
+        self.has_any(&[change::NAME, change::FACTORY_RESET, change::NEW_DEVICE])
+    }
+
+    /// Whether nothing was done to name and address but a power cycle.
+    pub fn only_cycled_power(&self) -> bool {
+        self.has_any(&[change::POWER_CYCLE]) && !self.set_name() && !self.set_ip()
+    }
+
     /// Whether an IP address may have been stored.
     pub fn stored_ip(&self) -> bool {
         self.has_any(&[change::IP])

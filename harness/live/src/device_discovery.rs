@@ -363,12 +363,12 @@ impl PreflightDiscovery {
 }
 
 /// The journal's entry for a change that the preflight is about to make.
-fn preflight_change(word: &str) -> JournalEntry {
+pub(super) fn preflight_change(word: &str) -> JournalEntry {
     JournalEntry::Changes { trial: "preflight".into(), what: vec![word.to_owned()], stand: Vec::new() }
 }
 
 /// Why a DCP Set failed, for messages.
-fn why(outcome: &ControllerOutcome) -> String {
+pub(super) fn why(outcome: &ControllerOutcome) -> String {
     match outcome {
         ControllerOutcome::Dcp(outcome) => outcome.to_string(),
         ControllerOutcome::Impossible(why) => (*why).to_owned(),

@@ -152,6 +152,10 @@ pub fn read(path: &Path) -> Result<JournalContent, JournalError> {
     for entry in entries {
         match entry {
             JournalEntry::Found(_) | JournalEntry::Remark { .. } => {}
+            JournalEntry::Permanence { name, ip } => {
+                (kept.found.name_permanence, kept.found.ip_permanence) = (name, ip);
+                kept.interrupted = None;
+            }
             JournalEntry::Parameters(parameters) => kept.parameters = parameters,
             JournalEntry::ImRecords(records) => kept.im_records = records,
             JournalEntry::Changes { trial, what, stand } => {
@@ -187,7 +191,7 @@ pub fn unrestored(folder: &Path) -> Vec<(PathBuf, JournalContent)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use results::bench_file::IpPermanence;
+    use results::bench_file::DcpPermanence;
     use std::net::Ipv4Addr;
 
     fn found() -> InitialDevice {
@@ -206,7 +210,8 @@ mod tests {
             ip: Ipv4Addr::new(192, 168, 0, 10),
             mask: Ipv4Addr::new(255, 255, 255, 0),
             gateway: Ipv4Addr::UNSPECIFIED,
-            ip_permanence: IpPermanence::Permanent,
+            ip_permanence: DcpPermanence::Permanent,
+            name_permanence: DcpPermanence::Unknown,
         }
     }
 
@@ -301,7 +306,7 @@ mod tests {
         let text = text + "{\"changes\":{\"trial\":\"t\",\"what\":[\"set_name\"]}}\n";
         fs::write(journal.path(), text).expect("the file");
         let kept = read(journal.path()).expect("a journal");
-        assert_eq!((kept.found.ip_permanence, kept.is_open()), (IpPermanence::Unknown, true));
+        assert_eq!((kept.found.ip_permanence, kept.is_open()), (DcpPermanence::Unknown, true));
     }
 
     #[test]

@@ -14,6 +14,7 @@ pub mod guard;
 pub mod journal;
 pub mod line;
 pub mod lock;
+mod permanence;
 pub mod preflight;
 pub mod profibus;
 pub mod serve;

@@ -7,6 +7,7 @@ use super::device_discovery::{ExpectedDevice, ObservedTraffic, PreflightDiscover
 use super::guard::Guard;
 use super::journal::{self, InitialDevice, Journal};
 use super::line::DeviceLine;
+use super::permanence::may_learn;
 use super::ticker::{TICK, Ticker};
 use super::unusable::{PreflightResult, Unusable, unusable};
 use controllers::profinet_io::{Controller, ControllerSettings, IdentifiedStation};
@@ -171,10 +172,14 @@ pub fn prepare_at(
             path.display()
         ));
     }
-    let (found, mut journal) = purpose.journal(now)?;
+    let (mut found, mut journal) = purpose.journal(now)?;
     let initial_ip = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
     scout.guard.allow_initial(found.name.clone(), initial_ip);
     let mut changes = Vec::new();
+    if passive.is_none() && !purpose.is_restore() && may_learn(bench, &found) {
+        let learned = scout.learn_permanence(bench, &mut controller, &station, &mut found, &mut journal, &mut notes)?;
+        changes.extend(learned.into_iter().map(str::to_owned));
+    }
     if passive.is_none() && scout.name(bench, &mut controller, &mut station, &mut journal)? {
         changes.push(change::NAME.to_owned());
     }

@@ -2,7 +2,7 @@
 //!
 //! The crate `live` reads and writes the file and restores the device.
 
-use crate::bench_file::{BenchFile, IpPermanence};
+use crate::bench_file::{BenchFile, DcpPermanence};
 use serde::{Deserialize, Serialize};
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
@@ -40,7 +40,10 @@ pub struct InitialDevice {
     pub gateway: Ipv4Addr,
     /// Whether the device stored its IP address; DCP cannot read it.
     #[serde(default)]
-    pub ip_permanence: IpPermanence,
+    pub ip_permanence: DcpPermanence,
+    /// Whether the device stored its station name; only a power cycle shows it.
+    #[serde(default)]
+    pub name_permanence: DcpPermanence,
 }
 
 impl InitialDevice {
@@ -63,6 +66,7 @@ impl InitialDevice {
             mask: Ipv4Addr::UNSPECIFIED,
             gateway: Ipv4Addr::UNSPECIFIED,
             ip_permanence: bench.ip_permanence.unwrap_or_default(),
+            name_permanence: DcpPermanence::Unknown,
         }
     }
 }
@@ -108,6 +112,8 @@ pub mod change {
     pub const IP: &str = "set_ip";
     /// An IP address until power-off, which erases a stored one.
     pub const TEMPORARY_IP: &str = "temporary_ip";
+    /// A power cycle before the first change, which shows what the device has stored.
+    pub const POWER_CYCLE: &str = "power_cycle";
     /// A reset to factory settings.
     pub const FACTORY_RESET: &str = "factory_reset";
     /// The position reference.
@@ -139,6 +145,13 @@ pub enum JournalEntry {
     },
     /// The verdict of a trial.
     Verdict { trial: String, verdict: String },
+    /// What a power cycle before the first change showed.
+    Permanence {
+        /// Of the station name.
+        name: DcpPermanence,
+        /// Of the IP address.
+        ip: DcpPermanence,
+    },
     /// What was assumed when the device was restored, or stays different until power-off.
     Remark { text: String },
     /// All changes were restored.

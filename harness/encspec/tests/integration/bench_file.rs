@@ -1,7 +1,7 @@
 //! Bench files: the example loads, and every error is reported with its position and a suggestion.
 
 use crate::built_in::manuals;
-use encspec::bench_file::{BenchFile, Consents, IpPermanence, LinkSpec, ShaftAbility, read, read_alone};
+use encspec::bench_file::{BenchFile, Consents, DcpPermanence, LinkSpec, ShaftAbility, read, read_alone};
 use encspec::result::DescriptionKind;
 use encspec::results::schema;
 use rstest::rstest;
@@ -27,7 +27,7 @@ fn the_example_loads() {
     assert_eq!(bench.ip, Some([192, 168, 0, 10].into()));
     assert_eq!(bench.mask, std::net::Ipv4Addr::new(255, 255, 255, 0));
     assert_eq!(bench.controller_ip, Some([192, 168, 0, 1].into()));
-    assert_eq!(bench.ip_permanence, Some(IpPermanence::Permanent));
+    assert_eq!(bench.ip_permanence, Some(DcpPermanence::Permanent));
     assert_eq!(bench.controller_mac.map(|mac| mac.0), Some([2, 0, 0, 0, 0, 1]));
     assert_eq!(bench.cycle, Some(Duration::from_millis(4)));
     assert_eq!(bench.watchdog, Some(Duration::from_millis(400)));

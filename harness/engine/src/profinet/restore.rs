@@ -8,7 +8,7 @@ use crate::trial::RunningTrial;
 use controllers::profinet_io::{
     ControllerOutcome, ControllerRequest, DcpOutcome, IdentifiedStation, IoRecordOutcome, RecordAddress,
 };
-use results::bench_file::IpPermanence;
+use results::bench_file::DcpPermanence;
 use results::journal::{InitialDevice, InitialImRecord};
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{BlockQualifier, DcpBlock, DcpValue};
@@ -29,13 +29,14 @@ impl RunningTrial<'_> {
         // No device without a name can be connected.
         let needs_name = present.name.is_empty() && !found.name.is_empty();
         if needs_name {
-            self.restore_name(found, &mut outcome);
+            self.restore_name(found, kept, &mut outcome);
         }
         self.renamed = present.name.is_empty() || present.name != self.environment.name.as_bytes();
         self.keeps_address = !present.ip.address.is_unspecified();
         self.restore_values(kept, &mut outcome);
-        if !needs_name {
-            self.restore_name(found, &mut outcome);
+        // What was temporary is set again: a name that looks the same may be stored now.
+        if !needs_name || found.name_permanence == DcpPermanence::Temporary {
+            self.restore_name(found, kept, &mut outcome);
         }
         self.restore_ip(found, kept, &mut outcome);
         outcome
@@ -46,12 +47,14 @@ impl RunningTrial<'_> {
         self.identify_device().ok().flatten()
     }
 
-    fn restore_name(&mut self, found: &InitialDevice, outcome: &mut RestoreOutcome) {
+    fn restore_name(&mut self, found: &InitialDevice, kept: &DeviceBackup<'_>, outcome: &mut RestoreOutcome) {
         let is_back = |now: Option<IdentifiedStation>| now.is_some_and(|now| now.name == found.name);
-        if is_back(self.present_station()) {
+        let is_temporary = found.name_permanence == DcpPermanence::Temporary;
+        if is_back(self.present_station()) && !(is_temporary && kept.set_name()) {
             return;
         }
-        let set = self.give(BlockQualifier::PERMANENT, DcpValue::NameOfStation(found.name.clone()));
+        let qualifier = if is_temporary { BlockQualifier::TEMPORARY } else { BlockQualifier::PERMANENT };
+        let set = self.give(qualifier, DcpValue::NameOfStation(found.name.clone()));
         if let Err(why) = set.and_then(|()| has_taken(is_back(self.present_station()))) {
             outcome
                 .left
@@ -63,14 +66,19 @@ impl RunningTrial<'_> {
     fn restore_ip(&mut self, found: &InitialDevice, kept: &DeviceBackup<'_>, outcome: &mut RestoreOutcome) {
         let address = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
         let is_back = |now: Option<IdentifiedStation>| now.is_some_and(|now| now.ip == address);
-        if !kept.set_ip() && is_back(self.present_station()) {
+        let present = self.present_station();
+        // The address that a power cycle before any change has erased was temporary.
+        let was_erased =
+            kept.only_cycled_power() && present.as_ref().is_some_and(|now| now.ip.address.is_unspecified());
+        if !kept.set_ip() && is_back(present) {
             return;
         }
         let had_none = address.address.is_unspecified();
         let qualifier = match found.ip_permanence {
             _ if had_none && !kept.stored_ip() => BlockQualifier::TEMPORARY,
-            IpPermanence::Temporary => BlockQualifier::TEMPORARY,
-            IpPermanence::Permanent | IpPermanence::Unknown => BlockQualifier::PERMANENT,
+            DcpPermanence::Temporary => BlockQualifier::TEMPORARY,
+            DcpPermanence::Unknown if was_erased => BlockQualifier::TEMPORARY,
+            DcpPermanence::Permanent | DcpPermanence::Unknown => BlockQualifier::PERMANENT,
         };
         let text = if had_none {
             "the IP address, of which it had none".to_owned()
@@ -79,7 +87,7 @@ impl RunningTrial<'_> {
         };
         let set = self.give(qualifier, DcpValue::IpParameter(address));
         match set.and_then(|()| has_taken(is_back(self.present_station()))) {
-            Ok(()) if !had_none && found.ip_permanence == IpPermanence::Unknown => outcome.remarks.push(format!(
+            Ok(()) if !had_none && !was_erased && found.ip_permanence == DcpPermanence::Unknown => outcome.remarks.push(format!(
                 "{text}: whether it was stored is not known, so it was stored; say so by `ip_permanence` in the bench file"
             )),
             Ok(()) => {}

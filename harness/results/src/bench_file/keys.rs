@@ -1,6 +1,6 @@
 //! The keys of a bench file.
 
-use super::IpPermanence;
+use super::DcpPermanence;
 use super::line::Driver;
 use station::Parity;
 use suite_yaml::device_yaml::PATH;
@@ -17,8 +17,8 @@ pub(super) static DRIVERS: WordChoices<Driver> = WordChoices(&[("adapter", Drive
 /// Where a device is: a network interface, a socket, a serial line or a program.
 static LINK: Pattern = Pattern { regex: r"^(nic|socket|serial|app):.+$" };
 /// Whether the device stores its IP address.
-pub(super) static PERMANENCES: WordChoices<IpPermanence> =
-    WordChoices(&[("permanent", IpPermanence::Permanent), ("temporary", IpPermanence::Temporary)]);
+pub(super) static PERMANENCES: WordChoices<DcpPermanence> =
+    WordChoices(&[("permanent", DcpPermanence::Permanent), ("temporary", DcpPermanence::Temporary)]);
 /// A MAC address.
 static MAC: Pattern = Pattern { regex: r"^[0-9A-Fa-f]{2}([:-][0-9A-Fa-f]{2}){5}$" };
 /// An IPv4 address.

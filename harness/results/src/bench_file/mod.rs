@@ -154,7 +154,7 @@ pub struct BenchFile {
     /// Subnet mask of the segment.
     pub mask: Ipv4Addr,
     /// Whether the device has stored the IP address that it has before the run; `None`: not known.
-    pub ip_permanence: Option<IpPermanence>,
+    pub ip_permanence: Option<DcpPermanence>,
     /// IP address of the controller; `None`: a free address of the device's subnet.
     pub controller_ip: Option<Ipv4Addr>,
     /// MAC address of the controller; `None`: derived from that of the interface.
@@ -256,13 +256,13 @@ impl BenchFile {
     }
 }
 
-/// Whether a device keeps its IP address when it loses power.
+/// Whether a device keeps its IP address or station name when it loses power.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum IpPermanence {
-    /// The address is stored.
+pub enum DcpPermanence {
+    /// It is stored.
     Permanent,
-    /// The address is lost with the power.
+    /// It is lost with the power.
     Temporary,
     /// Not known; it is put back as a permanent one.
     #[default]
@@ -270,12 +270,12 @@ pub enum IpPermanence {
 }
 
 /// Formats the word of the journal.
-impl fmt::Display for IpPermanence {
+impl fmt::Display for DcpPermanence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            IpPermanence::Permanent => "permanent",
-            IpPermanence::Temporary => "temporary",
-            IpPermanence::Unknown => "permanence unknown, assumed permanent",
+            DcpPermanence::Permanent => "permanent",
+            DcpPermanence::Temporary => "temporary",
+            DcpPermanence::Unknown => "permanence unknown, assumed permanent",
         })
     }
 }
