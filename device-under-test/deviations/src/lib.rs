@@ -23,7 +23,7 @@ pub use reference_devices::{DeviceManual, Line, ManualBus, ReferenceDevice};
 pub use seams::idents::IdentMask;
 pub use seams::start_layout::{Place, StartLayout};
 pub use subject::{BuildError, Setup, Subject, persona_bugs};
-pub use variations::DescriptionChange;
+pub use variations::{DescriptionChange, VendorRecord};
 
 use bugs::tables;
 use deviation_hooks::{needs, seams};

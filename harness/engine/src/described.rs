@@ -1,9 +1,9 @@
 //! The manual for a reference device with another description: what a GSDML or a bench file says of a live device, a variation says here.
 
 use super::dut::{DutKind, DutSpec};
-use deviations::{DescriptionChange, IdentMask, Place, StartLayout};
+use deviations::{DescriptionChange, IdentMask, Place, StartLayout, VendorRecord};
 use std::sync::Arc;
-use suite::device::{DeviceDescription, Origin, RecordField};
+use suite::device::{DeviceDescription, DeviceRecord, Origin, RecordField};
 use suite::model::Manual;
 
 /// Returns the manual with the description that the variations of `dut` give its device, without the compiled suites; `None` if they
@@ -36,6 +36,7 @@ pub fn described(manual: &Manual, dut: &DutSpec) -> Option<Manual> {
                 shown.filter(|value| value.label == label).for_each(|value| other.clone_into(&mut value.label));
             }
             DescriptionChange::StartParameters(layout) => move_start_parameters(&mut device, &layout, is_free),
+            DescriptionChange::StartRecords(records) => add_start_records(&mut device, records),
         }
     }
     let (requirements, bugs) = (manual.requirements.clone(), manual.bugs.clone());
@@ -89,6 +90,28 @@ fn move_start_parameters(device: &mut DeviceDescription, layout: &StartLayout, i
                 };
                 field.origin = Origin::Description;
             }
+        }
+    }
+}
+
+/// Adds start records that only a description has, with their defaults, to the start-up of each module with their submodule.
+fn add_start_records(device: &mut DeviceDescription, records: &[VendorRecord]) {
+    for record in records {
+        let is_there = |of: &suite::device::DeviceSubmodule| (of.slot, of.subslot) == (record.slot, record.subslot);
+        for at in (0..device.submodules.len()).filter(|at| is_there(&device.submodules[*at])).collect::<Vec<_>>() {
+            let modules = device.modules.iter().enumerate();
+            let with = modules.filter(|(_, module)| module.submodules.contains(&at)).map(|(index, _)| index).collect();
+            device.records.push(DeviceRecord {
+                name: format!("record_0x{:x}_{}", record.index, device.submodules[at].name),
+                index: record.index,
+                at,
+                octets: record.default.len(),
+                start: true,
+                with: (record.slot != 0).then_some(with),
+                fields: Vec::new(),
+                template: record.default.to_vec(),
+                origin: Origin::Description,
+            });
         }
     }
 }

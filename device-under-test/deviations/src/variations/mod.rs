@@ -36,6 +36,7 @@ use deviation_hooks::Group;
 
 pub use encoder::POSITION_NOISE;
 pub use profinet::description::{CHANGES, DescriptionChange};
+pub use profinet::vendor_records::VendorRecord;
 pub use start_layouts::{ELSEWHERE, seed as start_layout_seed, start_layout};
 
 /// The variations, by topic.

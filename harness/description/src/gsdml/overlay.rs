@@ -372,7 +372,8 @@ impl<'w> OverlayBuilder<'w> {
         in_access_point.chain(self.points.iter().copied().flat_map(slotted)).collect()
     }
 
-    /// Adds the start records of the GSDML that the manual lacks, with their defaults, to the submodules of the manual's modules.
+    /// Adds the start records of the GSDML that the manual lacks, with their defaults, to the submodules of the access point and of the
+    /// manual's modules.
     fn other_records(&mut self) {
         let Some(gsdml) = self.gsdml else { return };
         let point = match self.points[..] {
@@ -380,6 +381,13 @@ impl<'w> OverlayBuilder<'w> {
             _ => return,
         };
         let mut added: Vec<DeviceRecord> = Vec::new();
+        // Those of the access point belong to the start-up of every module.
+        for (at, of) in self.device.submodules.iter().enumerate().filter(|(_, of)| of.slot == point.slot) {
+            let known = matching::in_access_point(point, of);
+            for record in known.iter().flat_map(|known| &known.records) {
+                self.other_record(record, (None, at), &mut added);
+            }
+        }
         for module in 0..self.device.modules.len() {
             for (slot, submodules) in matching::slots(self.device, module) {
                 let of = (module, slot, submodules.as_slice());
@@ -388,7 +396,7 @@ impl<'w> OverlayBuilder<'w> {
                 for (at, found) in found {
                     let SubmoduleMatch::One(known) = found else { continue };
                     for record in &known.records {
-                        self.other_record(record, (module, at), &mut added);
+                        self.other_record(record, (Some(module), at), &mut added);
                     }
                 }
             }
@@ -403,7 +411,7 @@ impl<'w> OverlayBuilder<'w> {
         }
     }
 
-    fn other_record(&self, known: &GsdmlRecord, (module, at): (usize, usize), added: &mut Vec<DeviceRecord>) {
+    fn other_record(&self, known: &GsdmlRecord, (module, at): (Option<usize>, usize), added: &mut Vec<DeviceRecord>) {
         let is_known = |record: &DeviceRecord| record.start && u32::from(record.index) == known.index;
         let Ok(index) = u16::try_from(known.index) else { return };
         if self.device.records.iter().any(is_known) {
@@ -411,7 +419,9 @@ impl<'w> OverlayBuilder<'w> {
         }
         let is_same = |of: &&mut DeviceRecord| (of.index, of.at) == (index, at) && of.template == known.default;
         if let Some(same) = added.iter_mut().find(is_same) {
-            same.with.get_or_insert_default().push(module);
+            if let (Some(with), Some(module)) = (&mut same.with, module) {
+                with.push(module);
+            }
             return;
         }
         added.push(DeviceRecord {
@@ -420,7 +430,7 @@ impl<'w> OverlayBuilder<'w> {
             at,
             octets: known.octets,
             start: true,
-            with: Some(vec![module]),
+            with: module.map(|module| vec![module]),
             fields: Vec::new(),
             template: known.default.clone(),
             origin: Origin::Description,

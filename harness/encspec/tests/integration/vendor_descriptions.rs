@@ -7,7 +7,7 @@ use controllers::random::SplitMix64;
 use deviations::{DescriptionChange, Place, StartLayout};
 use encspec::engine::{RunOptions, run};
 use encspec::gsd::{self, FieldType, Gsd};
-use encspec::gsdml::{self, Bits, DataType, Gsdml, GsdmlRecord, SubmoduleKind};
+use encspec::gsdml::{self, Bits, DataType, Gsdml, GsdmlRecord, GsdmlSubmodule, SubmoduleKind};
 use encspec::suite::device::DeviceDescription;
 use encspec::suite::model::{Manual, SuiteVariant};
 use encspec::suite_yaml::load;
@@ -33,6 +33,7 @@ fn variations(manual: &Manual, seed: u64) -> Vec<String> {
             | "idents-of-another-list"
             | "idents-of-interface-and-ports"
             | "device-id-of-another-series"
+            | "start-records-of-the-vendor"
                 if numbers.bits().is_multiple_of(2) =>
             {
                 names.push(known.name.to_owned());
@@ -100,6 +101,28 @@ fn change_gsdml(gsdml: &mut Gsdml, change: &DescriptionChange, numbers: &mut Spl
             let of_modules = gsdml.modules.iter_mut().flat_map(|module| &mut module.submodules);
             let records = of_modules.chain(&mut gsdml.submodules).flat_map(|submodule| &mut submodule.records);
             records.filter(|record| record.index == 0x1000).for_each(|record| move_items(numbers, record, layout));
+        }
+        DescriptionChange::StartRecords(records) => {
+            for record in *records {
+                let is_there =
+                    |of: &&mut GsdmlSubmodule| of.subslots.iter().any(|range| range.contains(&record.subslot));
+                let of_modules = gsdml.modules.iter_mut().flat_map(|module| &mut module.submodules);
+                let of_points = gsdml.access_points.iter_mut().flat_map(|point| &mut point.submodules);
+                let found: Vec<&mut GsdmlSubmodule> = match record.slot {
+                    0 => of_points.filter(is_there).collect(),
+                    _ => of_modules.filter(is_there).collect(),
+                };
+                for submodule in found {
+                    submodule.records.push(GsdmlRecord {
+                        name: "Vendor settings".into(),
+                        index: record.index.into(),
+                        octets: record.default.len(),
+                        transfer_sequence: 0,
+                        default: record.default.to_vec(),
+                        items: Vec::new(),
+                    });
+                }
+            }
         }
         DescriptionChange::Ports(_) | DescriptionChange::Label(..) => panic!("{change:?} is not in a GSDML"),
     }

@@ -9,11 +9,13 @@ mod against;
 mod common;
 mod kills;
 mod nic;
+mod permanence;
 mod profibus_line;
 mod profirust;
 mod serial;
 mod serve;
 mod variants;
+mod vendor_records;
 
 use libtest_mimic::{Arguments, Trial};
 use std::process::ExitCode;
@@ -32,6 +34,8 @@ fn main() -> ExitCode {
         nic::trials(),
         serve::trials(),
         variants::trials(),
+        permanence::trials(),
+        vendor_records::trials(),
         profirust::trials(),
         profibus_line::trials(),
     ];

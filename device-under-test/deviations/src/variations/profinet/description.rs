@@ -2,6 +2,7 @@
 //!
 //! A manual prints none of this. A harness takes it from [`CHANGES`], as it takes that of a live device from its GSDML.
 
+use super::vendor_records::{RECORDS, VendorRecord, VendorRecords};
 use crate::needs::Need;
 use crate::seams::Deviations;
 use crate::seams::idents::IdentMask;
@@ -24,6 +25,8 @@ pub enum DescriptionChange {
     Label(&'static str, &'static str),
     /// The places of the start parameters.
     StartParameters(StartLayout),
+    /// More records that belong to each start-up.
+    StartRecords(&'static [VendorRecord]),
 }
 
 /// Idents that fill all 32 bits.
@@ -37,11 +40,12 @@ const FIRMWARE: (&str, &str) = ("Firmware version", "Software release");
 const POSITION: (&str, &str) = ("Current position", "Position value");
 
 /// What each of these variations changes in the description.
-pub const CHANGES: [(&str, DescriptionChange); 7] = [
+pub const CHANGES: [(&str, DescriptionChange); 8] = [
     ("idents-of-32-bits", DescriptionChange::Idents(LARGE)),
     ("idents-of-another-list", DescriptionChange::Idents(MIXED)),
     ("idents-of-interface-and-ports", DescriptionChange::Idents(NETWORK)),
     ("device-id-of-another-series", DescriptionChange::DeviceId(OTHER_DEVICE_ID)),
+    ("start-records-of-the-vendor", DescriptionChange::StartRecords(&RECORDS)),
     ("one-port", DescriptionChange::Ports(1)),
     ("pages-with-other-labels", DescriptionChange::Label(FIRMWARE.0, FIRMWARE.1)),
     ("pages-with-other-labels", DescriptionChange::Label(POSITION.0, POSITION.1)),
@@ -66,6 +70,9 @@ pub static GROUPS: &[Group] = &[
             "device-id-of-another-series" "The device ID is another number of the vendor."
                 "GSDML, DeviceIdentity: 16 bits of the vendor's choice; the manual does not print it"
                 => |d| d.stack.identity(|identity| identity.device_id = OTHER_DEVICE_ID);
+            "start-records-of-the-vendor" "Two more records of the vendor, one of the access point and one of its module, belong to each start-up: without their defaults no inputs are good."
+                "GSDML, ParameterRecordDataItem: a controller writes each of them at each start-up; the manual does not list them"
+                => |d| d.stack.add(VendorRecords::default());
         },
     },
     Group {

@@ -11,3 +11,4 @@ pub mod rpc;
 pub mod startup;
 mod state;
 pub mod times;
+pub mod vendor_records;
