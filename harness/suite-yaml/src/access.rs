@@ -2,7 +2,7 @@
 
 use super::answer::{RequestKind, may_accept, only};
 use super::device_yaml::{named, plain};
-use super::dialect::profinet::{INTERFACES, OBJECTS, PACKETS, record_read, rpc};
+use super::dialect::profinet::{INTERFACES, OBJECTS, PACKETS, SNMP_REQUESTS, SNMP_VERSIONS, record_read, rpc, snmp};
 use super::dialect::{self, Dialect, Service as From};
 use super::error::{Mistake, Read, every};
 use super::frame::{StepScope, literal, octets};
@@ -16,12 +16,13 @@ use station::Duration;
 use suite::device::{AnswerPart, NameKind};
 use suite::model::{
     AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AnswerMatcher, IdentifyTarget, Matcher, RecordPlace,
-    RequestDeviation, RpcService, TimeSpan,
+    RequestDeviation, RpcService, SnmpService, TimeSpan,
 };
 use wire::ethernet::Mac;
 use wire::profidrive::ParameterFormat;
 use wire::profinet::dcp::ResetMode;
 use wire::profinet::rpc::Uuid;
+use wire::snmp::{ObjectIdentifier, SnmpMessage, SnmpPduKind, SnmpVersion, VarBind};
 
 /// Who acts, and whom it asks.
 pub(super) struct RequestSender {
@@ -309,6 +310,7 @@ impl StepScope<'_, '_> {
             "dcp_get" => AcyclicService::DcpGet { elements: octets(field("elements")?)? },
             "dcp_set" => AcyclicService::DcpSet { blocks: octets(field("blocks")?)? },
             "rpc" => AcyclicService::Rpc(self.rpc(fields)?),
+            "snmp" => AcyclicService::Snmp(self.snmp(fields)?),
             "lldp" => AcyclicService::Lldp { chassis: text("chassis")?, port: text("port")? },
             "abort" => AcyclicService::Abort,
             "http_get" => AcyclicService::HttpGet { page: self.page(field("page")?)? },
@@ -416,6 +418,48 @@ impl StepScope<'_, '_> {
             fragment: word(&rpc::fragment).map(|node| self.number(node, "a number of bytes")).transpose()?,
             sent: sent.transpose()?,
         })
+    }
+
+    /// An SNMP message, or the bytes instead.
+    fn snmp(&self, fields: &Node) -> Read<SnmpService> {
+        let of = |key: &Key| fields.get(key.name);
+        let Some(names) = of(&snmp::names) else {
+            let bytes = of(&snmp::bytes).ok_or_else(|| fields.wrong("snmp needs `names` or `bytes`"))?;
+            return Ok(SnmpService { octets: octets(bytes)?, is_message: false });
+        };
+        let text = |node: &Node| match literal(node, &Type::Text)? {
+            Value::Text(text) => Ok(text.to_string()),
+            _ => Err(node.wrong("this is a text")),
+        };
+        let number = |key: &Key| of(key).map_or(Ok(0), |node| self.number::<i32>(node, key.sentence));
+        let (tag, value) = match of(&snmp::value).map(octets).transpose()?.as_deref() {
+            None => (0x05, Vec::new()),
+            Some([tag, length, content @ ..]) if usize::from(*length) == content.len() => (*tag, content.to_vec()),
+            Some(_) => {
+                return Err(fields
+                    .key("value")
+                    .wrong("a value has a type, a length of one byte and a content that fits it"));
+            }
+        };
+        let mut bindings = Vec::new();
+        for name in text(names)?.split_whitespace() {
+            let Some(name) = ObjectIdentifier::from_dotted(name) else {
+                let wrong = names.wrong(format!("`{name}` is not the name of an object"));
+                return Err(wrong.help("write numbers with dots between, for instance '1.3.6.1.2.1.1.1.0'"));
+            };
+            bindings.push(VarBind { name, tag, value: value.clone() });
+        }
+        let message = SnmpMessage {
+            version: of(&snmp::version)
+                .map_or(Ok(SnmpVersion::V2C), |node| SNMP_VERSIONS.read(node, &snmp::version))?,
+            community: of(&snmp::community).map_or_else(|| Ok("public".to_owned()), text)?.into_bytes(),
+            kind: of(&snmp::request).map_or(Ok(SnmpPduKind::GET), |node| SNMP_REQUESTS.read(node, &snmp::request))?,
+            request_id: 0,
+            error_status: number(&snmp::non_repeaters)?,
+            error_index: number(&snmp::repetitions)?,
+            bindings,
+        };
+        Ok(SnmpService { octets: message.to_vec(), is_message: true })
     }
 
     fn page(&self, node: &Node) -> Read<usize> {

@@ -81,6 +81,7 @@ fn is_answered(service: &AcyclicService, answer: Option<&AnswerMatcher>) -> bool
         | AcyclicService::DcpGet { .. }
         | AcyclicService::DcpSet { .. }
         | AcyclicService::Rpc(_)
+        | AcyclicService::Snmp(_)
         | AcyclicService::Dp(_)
         | AcyclicService::HttpGet { .. }
         | AcyclicService::HttpPost { .. } => true,

@@ -21,5 +21,6 @@ pub mod lldp;
 pub mod profibus;
 pub mod profidrive;
 pub mod profinet;
+pub mod snmp;
 
 pub use error::{Result, WireError};

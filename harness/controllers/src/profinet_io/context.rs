@@ -30,6 +30,7 @@ use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::dcp::Dcp;
 use wire::profinet::rpc::{Flags1, NdrRequest, NdrResponse, ObjectUuid, Opnum, PacketType, RpcHeader, Uuid};
 use wire::profinet::status::{AbortReason, PnioStatus};
+use wire::snmp::SnmpMessage;
 
 /// Default ARArgsMaximum: maximum length of an answer in bytes.
 pub(super) const ARGS_MAXIMUM: u32 = 4096;
@@ -47,6 +48,8 @@ pub(super) enum JobEvent {
     Answer(RpcCallResult),
     /// An answer to a call whose fields the caller has given.
     Called(RawAnswer),
+    /// The response to an SNMP request.
+    Managed(SnmpMessage),
     /// ApplicationReady came and was answered; how the modules differ, if it says so.
     Ready(Option<ModuleDiffBlock>),
     /// A cyclic frame arrived.

@@ -11,7 +11,7 @@ use super::outcome::{ArEnd, ArReleaseOutcome, CallError, ControllerOutcome, IoPa
 use super::request::{ControllerBusy, ControllerRequest, ControllerSettings, DcpResetForm, IdentifyBy, Partner};
 use super::startup::{ArStartUpJob, send_write};
 use super::state::ArState;
-use super::{call, presence, raw, record};
+use super::{call, presence, raw, record, snmp};
 use crate::outputs::CyclicOutputs;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -155,6 +155,7 @@ impl Controller {
                 Ok(ControllerJob::RawDcp { to, service: request.service, xid, since: now })
             }
             ControllerRequest::RawCall { partner, call } => Ok(raw::call(context, now, partner, &call, out)),
+            ControllerRequest::Snmp { partner, request } => Ok(snmp::ask(context, now, partner, request, out)),
             ControllerRequest::DcpSignal { to } => {
                 let xid = context.ids.xid();
                 Ok(dcp(context, now, to, Dcp::signal(xid), out))
@@ -331,6 +332,13 @@ impl Controller {
                 if let Some(answer) = call.and_then(|call| call.receive(now, &datagram, out)) {
                     self.context.call = None;
                     self.dispatch(now, JobEvent::Answer(answer), out);
+                }
+            }
+            snmp::MANAGER_PORT => {
+                if let Some(ControllerJob::Snmp(job)) = &self.job
+                    && let Some(response) = job.response(&datagram)
+                {
+                    self.dispatch(now, JobEvent::Managed(response), out);
                 }
             }
             PORT => {

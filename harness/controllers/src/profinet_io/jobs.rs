@@ -13,6 +13,7 @@ use super::raw::RawCallJob;
 use super::record;
 use super::request::Partner;
 use super::search::{answers, is_identification};
+use super::snmp::SnmpJob;
 use super::startup::{ArStartUpJob, control_outcome, send_control, send_write};
 use super::state::{ArState, AwaitedEvent, Wait};
 use alloc::boxed::Box;
@@ -51,6 +52,8 @@ pub(super) enum ControllerJob {
     RawDcp { to: Mac, service: ServiceId, xid: u32, since: Time },
     /// Waits for the answer to a call whose fields the caller has given.
     Call(RawCallJob),
+    /// Waits for the response to an SNMP request.
+    Snmp(SnmpJob),
     /// Collects the owners of an address.
     Arp { target: Ipv4Addr, until: Time, owners: Vec<Mac> },
     /// Starts up an AR.
@@ -114,6 +117,7 @@ impl ControllerJob {
             ControllerJob::Identify { until, .. } | ControllerJob::Arp { until, .. } => Some(*until),
             ControllerJob::Dcp { since, .. } | ControllerJob::RawDcp { since, .. } => Some(*since + DCP_WAIT),
             ControllerJob::Call(call) => Some(call.until()),
+            ControllerJob::Snmp(job) => Some(job.until()),
             ControllerJob::StartUp(job) => job.deadline(),
             ControllerJob::Parameter(IoParameterJob { phase: ParameterPhase::Pause { until, .. }, .. }) => Some(*until),
             ControllerJob::Parameter(_)
@@ -172,6 +176,10 @@ impl ControllerJob {
             (ControllerJob::Call(call), JobEvent::Wake) if now >= call.until() => {
                 let wait = Wait { what: AwaitedEvent::Call, time: RawCallJob::WAIT };
                 Some(ControllerOutcome::Called(Err(wait)))
+            }
+            (ControllerJob::Snmp(_), JobEvent::Managed(response)) => Some(ControllerOutcome::Snmp(Ok(response))),
+            (ControllerJob::Snmp(job), JobEvent::Wake) if now >= job.until() => {
+                Some(ControllerOutcome::Snmp(Err(Wait { what: AwaitedEvent::Snmp, time: SnmpJob::WAIT })))
             }
             (
                 ControllerJob::Dcp { service, since, .. } | ControllerJob::RawDcp { service, since, .. },

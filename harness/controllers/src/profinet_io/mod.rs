@@ -26,6 +26,7 @@ mod record;
 mod request;
 mod search;
 mod server;
+mod snmp;
 mod startup;
 mod state;
 
@@ -46,4 +47,5 @@ pub use outcome::{
 };
 pub use raw::{RawActivity, RawAnswer, RawBody, RawCall, RawDcpRequest, RawObject};
 pub use request::{ControllerBusy, ControllerRequest, ControllerSettings, DcpResetForm, IdentifyBy, Partner};
+pub use snmp::SnmpRequest;
 pub use state::{ArStartUpStage, ArState, AwaitedEvent, Wait};

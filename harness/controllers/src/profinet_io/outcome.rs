@@ -15,6 +15,7 @@ use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{BlockError, Dcp, DcpBlock, DcpValue, Element, ServiceId, ServiceType};
 use wire::profinet::rpc::{EndpointEntry, RejectStatus};
 use wire::profinet::status::PnioStatus;
+use wire::snmp::SnmpMessage;
 
 /// The outcome of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,6 +28,8 @@ pub enum ControllerOutcome {
     DcpAnswer(Dcp),
     /// Outcome of RawCall: the first answer, or none.
     Called(Result<RawAnswer, Wait>),
+    /// Outcome of Snmp: the first response, or none.
+    Snmp(Result<SnmpMessage, Wait>),
     /// Outcome of Connect.
     StartUp(Box<ArStartUpResult>),
     /// Outcome of Write, Read or ReadImplicit.

@@ -3,6 +3,7 @@
 use super::broken::DamagedIoFrame;
 use super::connection::{ArConfig, RecordAddress, StartUpRecord};
 use super::raw::{RawCall, RawDcpRequest};
+use super::snmp::SnmpRequest;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
@@ -101,6 +102,13 @@ pub enum ControllerRequest {
         partner: Partner,
         /// The PDU.
         call: RawCall,
+    },
+    /// An SNMP request, right or not. Returns [`ControllerOutcome::Snmp`](super::ControllerOutcome::Snmp).
+    Snmp {
+        /// The device.
+        partner: Partner,
+        /// The request.
+        request: SnmpRequest,
     },
     /// DCP Set that makes the device flash its LED once (Signal). Returns [`ControllerOutcome::Dcp`](super::ControllerOutcome::Dcp).
     DcpSignal {

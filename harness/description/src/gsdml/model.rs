@@ -65,6 +65,17 @@ pub struct AccessPoint {
     pub features: Vec<(String, String)>,
 }
 
+impl AccessPoint {
+    /// Whether the device has an SNMP agent: it lists SNMP among its protocols, or claims a conformance class that has it.
+    pub fn has_snmp(&self) -> bool {
+        self.features.iter().any(|(name, value)| match name.as_str() {
+            "SupportedProtocols" => value.split([';', ' ']).any(|protocol| protocol == "SNMP"),
+            "ConformanceClass" => matches!(value.as_str(), "B" | "C" | "D"),
+            _ => false,
+        })
+    }
+}
+
 /// A module or submodule of the file that can be plugged, and its slots or subslots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PluggableItem {

@@ -64,6 +64,7 @@ pub fn overlay(
     work.device_id();
     work.access_point();
     work.network();
+    work.snmp();
     for index in 0..work.device.modules.len() {
         if work.device.modules[index].absent.is_none() {
             work.module(index);
@@ -188,6 +189,14 @@ impl<'w> OverlayBuilder<'w> {
         }
         if let Some(facts) = self.device.bus.profinet_mut() {
             facts.network = found.map(|(network, _)| network).unwrap_or_default();
+        }
+    }
+
+    /// Takes over whether the device has SNMP.
+    fn snmp(&mut self) {
+        let read = unanimous(self.points.iter().map(|point| Some(point.has_snmp())));
+        if let (Some(has_snmp), Some(facts)) = (read, self.device.bus.profinet_mut()) {
+            facts.has_snmp = has_snmp;
         }
     }
 

@@ -7,7 +7,7 @@ use crate::trial::access::is_request;
 use crate::trial::step_error::{StepError, StepResult, other_bus};
 use controllers::profinet_io::{
     ControllerOutcome, ControllerRequest, DamagedIoFrame, DcpResetForm, IdentifyBy, IoRecordOutcome, RawActivity,
-    RawAnswer, RawBody, RawCall, RawDcpRequest, RawObject, RecordAddress, StartUpRecord,
+    RawAnswer, RawBody, RawCall, RawDcpRequest, RawObject, RecordAddress, SnmpRequest, StartUpRecord,
 };
 use expression::{HistoryState, Value};
 use judge::answer::{NegativeResponse, ReceivedReply};
@@ -15,11 +15,15 @@ use results::outcome::FailureCause;
 use results::verdict::Verdict;
 use station::Duration;
 use std::net::Ipv4Addr;
-use suite::model::{AcyclicService, AnswerMatcher, AnswerPart, IdentifyTarget, RecordPlace, RpcService, SoughtStation};
+use suite::model::{
+    AcyclicService, AnswerMatcher, AnswerPart, IdentifyTarget, RecordPlace, RpcService, SnmpService, SoughtStation,
+};
+use wire::datagram::Datagram;
 use wire::octets::ByteOrder;
 use wire::profinet::dcp::{BlockError, Dcp, DcpValue, ServiceId, ServiceType};
 use wire::profinet::rpc::{NdrResponse, ObjectUuid, Opnum, PacketType, Uuid};
 use wire::profinet::status::AbortReason;
+use wire::snmp::SnmpMessage;
 
 /// How long the answer to an Identify by name or alias may take.
 const NAME_WAIT: Duration = Duration::from_secs(1);
@@ -82,6 +86,10 @@ impl<'a> RunningTrial<'a> {
             AcyclicService::Rpc(rpc) => {
                 let (partner, object) = self.callee();
                 ControllerRequest::RawCall { partner, call: call_of(rpc, object) }
+            }
+            AcyclicService::Snmp(snmp) => {
+                self.check_snmp()?;
+                ControllerRequest::Snmp { partner: self.callee().0, request: snmp_of(snmp) }
             }
             AcyclicService::Lldp { chassis, port } => {
                 ControllerRequest::Lldp { chassis: chassis.clone().into_bytes(), port: port.clone().into_bytes() }
@@ -150,6 +158,9 @@ impl<'a> RunningTrial<'a> {
         {
             self.world.mark_broken(before, is_request);
         }
+        if matches!(service, AcyclicService::Snmp(snmp) if !snmp.is_message) {
+            self.world.mark_broken(before, is_to_agent);
+        }
         let mut replies = Vec::new();
         let whole = match &outcome {
             ControllerOutcome::Dcp(outcome) => dcp(outcome),
@@ -162,7 +173,13 @@ impl<'a> RunningTrial<'a> {
                 replies.push((AnswerPart::Bytes, octets(big_endian(answer))));
                 ReceivedReply::Accepted
             }
-            ControllerOutcome::Called(Err(wait)) => ReceivedReply::Silent(wait.to_string()),
+            ControllerOutcome::Snmp(Ok(response)) => {
+                replies.push((AnswerPart::Bytes, octets(of_response(response))));
+                ReceivedReply::Accepted
+            }
+            ControllerOutcome::Snmp(Err(wait)) | ControllerOutcome::Called(Err(wait)) => {
+                ReceivedReply::Silent(wait.to_string())
+            }
             ControllerOutcome::Records(outcomes) => {
                 replies.push((AnswerPart::Bytes, octets(statuses(outcomes))));
                 let answers = outcomes.iter().map(|outcome| startup::record(outcome, true));
@@ -279,6 +296,24 @@ fn statuses(outcomes: &[IoRecordOutcome]) -> Vec<u8> {
         IoRecordOutcome::Failed(_) => None,
     };
     outcomes.iter().filter_map(status).flatten().collect()
+}
+
+/// The request that a suite describes.
+fn snmp_of(snmp: &SnmpService) -> SnmpRequest {
+    let message = if snmp.is_message { SnmpMessage::parse(&snmp.octets).ok() } else { None };
+    message.map_or_else(|| SnmpRequest::Octets(snmp.octets.clone()), SnmpRequest::Message)
+}
+
+/// Whether a frame has a datagram to an SNMP agent.
+fn is_to_agent(frame: &[u8]) -> bool {
+    Datagram::parse(frame).is_ok_and(|datagram| datagram.destination.port() == wire::snmp::PORT)
+}
+
+/// Kind, error-status and error-index of a response, and its objects; the lengths are the shortest.
+fn of_response(response: &SnmpMessage) -> Vec<u8> {
+    let mut octets = vec![response.kind.0, response.error_status as u8, response.error_index as u8];
+    response.bindings.iter().for_each(|binding| binding.put(&mut octets));
+    octets
 }
 
 /// The PDU that a suite describes.

@@ -57,6 +57,17 @@ impl RunningTrial<'_> {
         found.map_or(Ok(()), |why| Err(not_applicable(format!("The start is not applicable: {why}."))))
     }
 
+    /// Checks that the device has an SNMP agent.
+    pub fn check_snmp(&self) -> StepResult {
+        match self.world.manual.device.profinet() {
+            Some(facts) if facts.has_snmp => Ok(()),
+            _ => Err(not_applicable(
+                "The device does not have SNMP: its GSDML does not list it in SupportedProtocols and claims no conformance class above A."
+                    .to_owned(),
+            )),
+        }
+    }
+
     /// The trouble with an access that failed because the device lacks an optional parameter: it refuses the parameter as unknown, and
     /// does not list it. `None` if that is not why it failed.
     pub fn lacks_parameter(&mut self, access: &AcyclicAccess) -> Option<BoxedStepError> {

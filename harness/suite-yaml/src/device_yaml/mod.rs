@@ -57,6 +57,7 @@ key_set! {
         tolerance may Map(&QuantityOr(&ours::KEYS)), "Tolerances of ours, numbers.";
         printed may Map(&Keys(&printed::KEYS)), "Times and tolerances that the manual prints.";
         rt_class may Whole(1, 2), "The class of its cyclic frames, 1 or 2 (PROFINET); 1 by default.";
+        snmp may Flag, "It has an SNMP agent: its GSDML lists SNMP in SupportedProtocols, or claims conformance class B or above (PROFINET).";
         constants may Map(&PerVariant(&Number)), "One number, or one for each variant.";
         words may Map(&WordTable), "Tables of words and their numbers.";
         derived may Map(&Condition), "Expressions over start parameters and constants.";
@@ -198,11 +199,13 @@ impl<'n> DeviceReader<'n> {
                 }
             },
         };
+        let has_snmp = flag(self.top, &device::snmp)?;
         let network = self.kept(|of| of.top.get(&device::network).map_or(Ok(Vec::new()), network));
         let timing = self.timing();
         let bus = match slave {
             None => {
-                ProfinetFacts { identity: self.identity()?, rt_class, network, parameter_point: access.point }.into()
+                ProfinetFacts { identity: self.identity()?, rt_class, network, has_snmp, parameter_point: access.point }
+                    .into()
             }
             Some(WiredSlave { address, set_prm, diagnosis }) => {
                 let (ident, ident_origin) = self.ident()?;

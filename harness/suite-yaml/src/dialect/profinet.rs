@@ -4,6 +4,7 @@ use super::super::keys::{Shape, WordChoices};
 use super::super::request_keys::SOUGHT;
 use super::{Sentences, ServiceEntry};
 use wire::profinet::rpc::Uuid;
+use wire::snmp::{SnmpPduKind, SnmpVersion};
 
 /// Further names that every device on PROFINET has.
 pub(super) const NAMES: Sentences = &[
@@ -88,6 +89,12 @@ pub(super) static SERVICES: &[ServiceEntry] = &[
     (
         &rpc::KEYS,
         "One RPC PDU; `answer: { bytes }` is the kind of the first PDU that answers, as a byte, and its body.",
+    ),
+    (
+        &snmp::KEYS,
+        "One SNMP request; `answer: { bytes }` is the kind of the response (`A2`), its error-status and its error-index, a byte each, \
+         then name and value of each object, each as type, length and content with the shortest length. Not applicable without `snmp` \
+         in `device.yaml`.",
     ),
     (&record_read::KEYS, "Reads a record by its numbers."),
     (&record_write::KEYS, "Writes a record by its numbers."),
@@ -176,6 +183,32 @@ key_set! {
         fragment may Whole(8, 1392), "The bytes of the body in each fragment; by default it is sent in one piece where it fits.";
         sent may NonEmpty(&Shape::Whole(0, 0xFFFF)), "The numbers of the fragments that are sent, in this order; all by default.";
     } [NotBoth(&blocks, &body)]
+}
+
+/// The requests of an SNMP manager.
+pub(in super::super) static SNMP_REQUESTS: WordChoices<SnmpPduKind> = WordChoices(&[
+    ("get", SnmpPduKind::GET),
+    ("get_next", SnmpPduKind::GET_NEXT),
+    ("get_bulk", SnmpPduKind::GET_BULK),
+    ("set", SnmpPduKind::SET),
+    ("response", SnmpPduKind::RESPONSE),
+]);
+
+/// The versions of SNMP that have communities.
+pub(in super::super) static SNMP_VERSIONS: WordChoices<SnmpVersion> =
+    WordChoices(&[("v1", SnmpVersion::V1), ("v2c", SnmpVersion::V2C)]);
+
+key_set! {
+    pub(crate) snmp "snmp" {
+        request may Word(&SNMP_REQUESTS), "The kind of the request, `get` by default; `response` is none, and no agent answers it.";
+        names may Scalar, "The names of the objects, such as '1.3.6.1.2.1.1.1.0', with blanks between.";
+        value may Octets, "The value beside each name as type, length and content; NULL (`05 00`) by default.";
+        version may Word(&SNMP_VERSIONS), "The version, `v2c` by default.";
+        community may Scalar, "The community, `public` by default.";
+        non_repeaters may Whole(0, 0xFFFF), "In a `get_bulk` the number of names that are not repeated, 0 by default.";
+        repetitions may Whole(0, 0xFFFF), "In a `get_bulk` how often the others are repeated, 0 by default.";
+        bytes may Octets, "The whole message instead.";
+    } [OneOf(&[&names, &bytes]), With(&[&request, &value, &version, &community, &non_repeaters, &repetitions], &names)]
 }
 
 key_set! {

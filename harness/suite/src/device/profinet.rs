@@ -11,6 +11,8 @@ pub struct ProfinetFacts {
     pub rt_class: u8,
     /// Interface and ports: subslot of slot 0 and ident number of the submodule.
     pub network: Vec<(u16, u32)>,
+    /// Whether it has an SNMP agent; without one a case that asks it is not applicable.
+    pub has_snmp: bool,
     /// The submodule with the parameter access point (MAP/PAP), as an index into [`DeviceDescription::submodules`](super::DeviceDescription::submodules);
     /// `None`: the submodule of the current module that the start-up records are written to.
     pub parameter_point: Option<usize>,

@@ -164,6 +164,8 @@ pub enum AcyclicService {
     DcpSet { blocks: Vec<u8> },
     /// An RPC PDU.
     Rpc(RpcService),
+    /// An SNMP request.
+    Snmp(SnmpService),
     /// Sends an LLDP frame.
     Lldp { chassis: String, port: String },
     /// Sends an ARP request; the device has to answer.
@@ -232,6 +234,15 @@ pub struct RpcService {
     pub fragment: Option<usize>,
     /// The fragments that are sent, in this order.
     pub sent: Option<Vec<usize>>,
+}
+
+/// An SNMP request, sent once.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub struct SnmpService {
+    /// The payload of the datagram.
+    pub octets: Vec<u8>,
+    /// Whether it is a message that gets its own request ID, and not sent as it is.
+    pub is_message: bool,
 }
 
 /// A service of PROFIBUS, sent once and unchanged.

@@ -57,6 +57,9 @@ impl Writer<'_> {
                 network.iter().map(|(subslot, ident)| format!("0x{subslot:04X}: 0x{ident:08X}")).collect();
             let _ = writeln!(out, "\nnetwork: {{ {} }}   # the interface and the ports", list.join(", "));
         }
+        if point.has_snmp() {
+            out.push_str("\nsnmp: true\n");
+        }
         out.push_str("\nsubmodules:\n");
         self.submodules.iter().for_each(|of| out.push_str(&submodule(of)));
         out.push_str("\n# Decide: each is what one connection consists of.\nmodules:\n");
