@@ -3,10 +3,11 @@
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::{
-    ArEvent, DiagnosisChange, IoIdentity, PluggableSubmodule, RecordAccess, StackCheck, StackHooks, StackView,
-    StationData, StationLoad,
+    ArEvent, DiagnosisChange, IoIdentity, MibObject, PluggableSubmodule, RecordAccess, SnmpAnswer, StackCheck,
+    StackHooks, StackView, StationData, StationLoad,
 };
 use station::Time;
+use wire::datagram::Datagram;
 use wire::ethernet::{EtherType, FrameHeader, Mac, pad};
 use wire::lldp::{Lldp, Tlv};
 use wire::octets::ByteOrder;
@@ -18,6 +19,7 @@ use wire::profinet::dcp::{Dcp, DcpBlock, DcpValue, ServiceId, ServiceType};
 use wire::profinet::rpc::{NdrRequest, Opnum, RpcHeader};
 use wire::profinet::rt::{FrameId, IoxS};
 use wire::profinet::status::{AbortReason, PnioStatus, RecordError};
+use wire::snmp;
 
 hooks! { Stack: StackHooks
     /// Changes a decision, given the check and the decision of the stack.
@@ -54,6 +56,10 @@ hooks! { Stack: StackHooks
     read(access: RecordAccess, result: &mut Result<Vec<u8>, RecordError>);
     /// Changes the result of each record write.
     written(access: RecordAccess, data: &[u8], result: &mut Result<(), RecordError>);
+    /// Changes the objects of the SNMP agent, in the order of their names.
+    snmp_objects(objects: &mut Vec<MibObject>);
+    /// Changes each response of the SNMP agent.
+    snmp_answer(answer: &mut SnmpAnswer);
     /// Changes the value of each DCP element.
     element() -> DcpValue;
     /// Changes the MAC address, at the start and after each reset by DCP.
@@ -93,6 +99,13 @@ impl Stack {
         self.received_frames(move |view, mut frames| {
             frames.retain(|frame| receives(view, frame));
             frames
+        });
+    }
+
+    /// Drops what is sent to the SNMP agent.
+    pub fn drop_snmp(&mut self) {
+        self.filter_frames(|_, frame| {
+            Datagram::parse(frame).map_or(true, |datagram| datagram.destination.port() != snmp::PORT)
         });
     }
 

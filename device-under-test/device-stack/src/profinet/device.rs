@@ -142,9 +142,11 @@ impl<A: IoApplication> IoDevice<A> {
         let mut unhooked = Outbox::new();
         let leaves_at_once = self.is_linked && !self.hooks.is_any();
         let sent = if leaves_at_once { &mut *out } else { &mut unhooked };
+        let before = sent.frames().count();
         let mut env = StackEnv { now, application: &mut self.application, out: sent };
         input(&mut self.stack, &mut env);
         self.stack.process_pending(&mut env);
+        env.out.frames().skip(before).for_each(|frame| self.stack.traffic.count_sent(frame));
         self.update_supply(now);
         for frame in unhooked.frames().filter(|_| self.is_linked) {
             let view = self.stack.view(now, &self.application);

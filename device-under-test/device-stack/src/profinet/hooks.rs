@@ -4,7 +4,9 @@
 //! The stack itself conforms. Without the feature `deviations` no hook is called.
 
 use crate::attached::Attached;
-use crate::profinet::{DiagnosisChange, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess, StationData};
+use crate::profinet::{
+    DiagnosisChange, IoApplication, IoIdentity, MibObject, PluggableSubmodule, RecordAccess, SnmpAnswer, StationData,
+};
 use alloc::vec::Vec;
 use station::{Duration, Time};
 use wire::ethernet::Mac;
@@ -91,6 +93,10 @@ pub enum StackCheck<'a> {
     Acknowledgement,
     /// A submodule is plugged at the address of this record access.
     Plugged(RecordAccess),
+    /// The agent answers messages of this version of SNMP: 0 is SNMPv1, 1 is SNMPv2c.
+    SnmpVersion(i32),
+    /// The agent answers this community.
+    SnmpCommunity(&'a [u8]),
     /// A record is longer than the reader accepts and is truncated.
     RecordTooLong,
 }
@@ -202,6 +208,12 @@ pub trait StackHooks {
 
     /// Changes the result of writing a record.
     fn written(&mut self, access: RecordAccess, data: &[u8], result: &mut Result<(), RecordError>) {}
+
+    /// Changes the objects of the SNMP agent, which are in the order of their names.
+    fn snmp_objects(&mut self, objects: &mut Vec<MibObject>) {}
+
+    /// Changes a response of the SNMP agent.
+    fn snmp_answer(&mut self, answer: &mut SnmpAnswer) {}
 
     /// Changes the value of a DCP element that the device reports and compares with Identify filters.
     fn element(&mut self, value: DcpValue) -> DcpValue {

@@ -3,6 +3,7 @@
 //! This module must not know the content of datagrams.
 
 use super::hooks::AttachedStackHooks;
+use super::snmp;
 use super::web::{HttpServer, PageHandler};
 use crate::profinet::StationData;
 use alloc::collections::VecDeque;
@@ -21,13 +22,15 @@ use wire::profinet::rpc;
 /// Shortest time to the next poll: the resolution of the clock of smoltcp.
 const POLL_INTERVAL: Duration = Duration::from_micros(1);
 
-/// One of the two UDP sockets of the device.
+/// A UDP socket of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RpcSocket {
     /// The socket for calls to the device: port 34964.
     Server,
     /// The socket for calls from the device: port 49153.
     Client,
+    /// The socket of the SNMP agent: port 161.
+    Agent,
 }
 
 /// A received datagram.
@@ -47,6 +50,7 @@ pub(super) struct IpStack {
     sockets: SocketSet<'static>,
     server: SocketHandle,
     client: SocketHandle,
+    agent: SocketHandle,
     web: HttpServer,
     due: Option<Time>,
 }
@@ -74,9 +78,9 @@ impl IpStack {
             sockets.add(socket)
         };
         let client_port = hooks.apply(IpStack::CLIENT_PORT, |hooks, port| hooks.client_port(port));
-        let (server, client) = (open(rpc::PORT), open(client_port));
+        let (server, client, agent) = (open(rpc::PORT), open(client_port), open(snmp::PORT));
         let web = HttpServer::new(&mut sockets);
-        IpStack { pipe, interface, sockets, server, client, web, due: None }
+        IpStack { pipe, interface, sockets, server, client, agent, web, due: None }
     }
 
     /// Sets the addresses of `station`. Without an address the stack answers no request.
@@ -121,7 +125,9 @@ impl IpStack {
 
     /// The next received datagram.
     pub(super) fn next(&mut self) -> Option<ReceivedDatagram> {
-        [(RpcSocket::Server, self.server), (RpcSocket::Client, self.client)].into_iter().find_map(|(port, handle)| {
+        let ports =
+            [(RpcSocket::Server, self.server), (RpcSocket::Client, self.client), (RpcSocket::Agent, self.agent)];
+        ports.into_iter().find_map(|(port, handle)| {
             let (payload, meta) = self.sockets.get_mut::<Socket<'_>>(handle).recv().ok()?;
             let IpAddress::Ipv4(address) = meta.endpoint.addr;
             Some(ReceivedDatagram {
@@ -138,6 +144,7 @@ impl IpStack {
         let handle = match port {
             RpcSocket::Server => self.server,
             RpcSocket::Client => self.client,
+            RpcSocket::Agent => self.agent,
         };
         let endpoint = IpEndpoint::new(IpAddress::Ipv4(*to.ip()), to.port());
         if self.sockets.get_mut::<Socket<'_>>(handle).send_slice(payload, endpoint).is_ok() {

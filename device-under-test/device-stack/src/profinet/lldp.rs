@@ -14,6 +14,46 @@ pub(super) const FAST_ETHERNET: u16 = 16;
 pub(super) struct LldpAgent {
     due: Time,
     neighbour: Option<LldpNeighbour>,
+    announcement: Option<ReceivedAnnouncement>,
+}
+
+/// The last announcement of the neighbour, for the remote systems of LLDP-MIB.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct ReceivedAnnouncement {
+    /// Subtype and content of the chassis ID.
+    pub chassis: (u8, Vec<u8>),
+    /// Subtype and content of the port ID.
+    pub port: (u8, Vec<u8>),
+    /// Description of the port; empty without one.
+    pub port_description: Vec<u8>,
+    /// Name of the system; empty without one.
+    pub system_name: Vec<u8>,
+    /// Description of the system; empty without one.
+    pub system_description: Vec<u8>,
+    /// Supported and enabled functions.
+    pub capabilities: (u16, u16),
+    /// When the announcement is no longer valid.
+    until: Time,
+}
+
+impl ReceivedAnnouncement {
+    /// The announcement that was received at `now`; `None` if it ends the validity at once.
+    fn new(now: Time, lldp: &Lldp) -> Option<ReceivedAnnouncement> {
+        let mut of = ReceivedAnnouncement::default();
+        for tlv in &lldp.tlvs {
+            match tlv {
+                Tlv::ChassisId { subtype, id } => of.chassis = (*subtype, id.clone()),
+                Tlv::PortId { subtype, id } => of.port = (*subtype, id.clone()),
+                Tlv::TimeToLive(seconds) => of.until = now + Duration::from_secs(u64::from(*seconds)),
+                Tlv::PortDescription(text) => of.port_description.clone_from(text),
+                Tlv::SystemName(text) => of.system_name.clone_from(text),
+                Tlv::SystemDescription(text) => of.system_description.clone_from(text),
+                Tlv::SystemCapabilities { capabilities, enabled } => of.capabilities = (*capabilities, *enabled),
+                _ => {}
+            }
+        }
+        (of.until > now).then_some(of)
+    }
 }
 
 /// The station at the other end of the cable.
@@ -51,13 +91,13 @@ impl LldpNeighbour {
 
 impl LldpAgent {
     /// Interval between announcements.
-    const INTERVAL: Duration = Duration::from_secs(5);
+    pub(super) const INTERVAL: Duration = Duration::from_secs(5);
     /// TimeToLive of an announcement in seconds.
-    const TIME_TO_LIVE: u16 = 20;
+    pub(super) const TIME_TO_LIVE: u16 = 20;
 
     /// Sends the first announcement at `now`.
     pub(super) fn new(now: Time) -> LldpAgent {
-        LldpAgent { due: now, neighbour: None }
+        LldpAgent { due: now, neighbour: None, announcement: None }
     }
 
     /// When the next announcement is due.
@@ -80,9 +120,15 @@ impl LldpAgent {
         self.neighbour.as_ref()
     }
 
+    /// The last announcement of the neighbour, if it is valid at `now`.
+    pub(super) fn announcement(&self, now: Time) -> Option<&ReceivedAnnouncement> {
+        self.announcement.as_ref().filter(|of| of.until > now)
+    }
+
     /// Stores the announcement of a neighbour. Other payloads are ignored.
-    pub(super) fn receive(&mut self, source: Mac, payload: &[u8]) {
+    pub(super) fn receive(&mut self, now: Time, source: Mac, payload: &[u8]) {
         let Ok(lldp) = Lldp::parse(payload) else { return };
+        self.announcement = ReceivedAnnouncement::new(now, &lldp);
         let chassis = lldp.tlvs.iter().find_map(|tlv| match tlv {
             Tlv::ChassisId { subtype: Tlv::LOCALLY_ASSIGNED, id } => Some(id),
             _ => None,

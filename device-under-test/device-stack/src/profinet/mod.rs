@@ -1,6 +1,6 @@
 //! PROFINET, device side, without I/O: everything that all PROFINET devices share.
 //!
-//! [`IoDevice`] is a [`Station`](station::Station) with an [`IoApplication`]: it answers DCP, ARP, ICMP, RPC and HTTP,
+//! [`IoDevice`] is a [`Station`](station::Station) with an [`IoApplication`]: it answers DCP, ARP, ICMP, RPC, SNMP and HTTP,
 //! opens and ends connections, exchanges cyclic frames, sends alarms, announces itself by LLDP and serves the records
 //! of identification, I&M and diagnosis. Deviations attach to [`StackHooks`].
 //!
@@ -25,6 +25,7 @@ mod plugged;
 mod receive;
 mod records;
 mod rpc;
+mod snmp;
 mod stack;
 mod web;
 
@@ -39,3 +40,4 @@ pub use device::IoDevice;
 pub use hooks::{ArEvent, StackCheck, StackHooks, StackView, StationLoad};
 pub use physical::port_mac;
 pub use plugged::{INTERFACE_IDENT, INTERFACE_SUBSLOT, PORT_IDENT, PORT_SUBSLOT};
+pub use snmp::{MibName, MibObject, MibValue, SnmpAnswer};

@@ -7,6 +7,7 @@ use super::ip::{IpStack, ReceivedDatagram, RpcSocket};
 use super::phase::StartUpEvent;
 use super::plugged::RecordScope;
 use super::rpc::{CallProgress, PduAction};
+use super::snmp;
 use super::stack::{Stack, StackEnv};
 use crate::profinet::DiagnosisChange;
 use alloc::vec::Vec;
@@ -20,6 +21,7 @@ use wire::profinet::rt::{FrameId, FrameKind};
 impl Stack {
     /// Processes a received frame.
     pub(super) fn receive(&mut self, env: &mut StackEnv<'_>, frame: &[u8]) {
+        self.traffic.count_received(frame);
         let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
         let is_unicast =
             self.hooks.check(StackCheck::Addressed(header.destination), header.destination == self.retained.mac);
@@ -29,7 +31,7 @@ impl Stack {
         match header.ether_type {
             EtherType::PROFINET => self.receive_profinet(env, &header, payload, is_unicast),
             EtherType::LLDP if header.destination == Mac::LLDP_MULTICAST => {
-                self.lldp.receive(header.source, payload);
+                self.lldp.receive(env.now, header.source, payload);
             }
             EtherType::ARP if self.receive_arp(env, payload) => {}
             other if IpStack::takes(other) => {
@@ -122,6 +124,11 @@ impl Stack {
                             let pdus = self.server.answer(&request, &reply);
                             self.send(env, RpcSocket::Server, from, &pdus);
                         }
+                    }
+                }
+                RpcSocket::Agent => {
+                    if let Some(answer) = snmp::answer(&payload, &self.hooks, || self.mib(env.now)) {
+                        self.ip.send(env.now, RpcSocket::Agent, from, &answer, env.out);
                     }
                 }
                 RpcSocket::Client => {

@@ -13,6 +13,7 @@ use super::maintenance::ImTexts;
 use super::phase::{ArPhase, StartUpEvent};
 use super::plugged::{PORT_SUBSLOT, PluggedConfiguration, RecordScope};
 use super::rpc::{MapperEntry, RpcServer};
+use super::snmp::TrafficCounters;
 use crate::earlier;
 use crate::profinet::{ArKey, IoApplication, IoIdentity, StackStatus, StationData};
 use alloc::vec::Vec;
@@ -83,6 +84,10 @@ pub(super) struct Stack {
     pub server: RpcServer,
     /// LLDP.
     pub lldp: LldpAgent,
+    /// When the stack started.
+    pub started: Time,
+    /// The counters of the interface.
+    pub traffic: TrafficCounters,
 }
 
 impl Stack {
@@ -105,6 +110,8 @@ impl Stack {
             server: RpcServer::new(now, MapperEntry::new(&identity), retained.hooks.clone()),
             identity,
             lldp: LldpAgent::new(now),
+            started: now,
+            traffic: TrafficCounters::default(),
             retained,
         }
     }
