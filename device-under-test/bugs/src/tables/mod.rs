@@ -64,6 +64,8 @@ pub mod signal_image;
 pub mod signals;
 pub mod slave;
 pub mod slave_state;
+pub mod snmp;
+mod snmp_state;
 pub mod stack;
 pub mod stack_data;
 pub mod start;
@@ -112,6 +114,7 @@ pub static GROUPS: &[&[Group]] = &[
     set_prm::GROUPS,
     signals::GROUPS,
     slave::GROUPS,
+    snmp::GROUPS,
     stack::GROUPS,
     stack_data::GROUPS,
     start::GROUPS,
