@@ -124,6 +124,7 @@ fn withheld(consent: Consent, bench: &BenchFile, nvm_left: u32) -> Option<String
         Consent::PositionReference => ("position_reference", given.position_reference),
         Consent::Firmware => ("firmware", given.firmware),
         Consent::Overstress => ("overstress", given.overstress),
+        Consent::Alone => ("alone", given.alone),
         Consent::ImRecords => ("im_records", given.im_records),
         Consent::NvmWrite(_) if given.nvm_write == 0 => ("nvm_write", false),
         Consent::NvmWrite(writes) if writes > nvm_left => {

@@ -12,8 +12,13 @@ use suite::device::{AnswerPart, DiagnosisName, NameKind};
 use suite::model::{AnswerMatcher, Code, Matcher};
 
 /// What ModuleDiff can say of a submodule.
-pub(super) static MODULE_STATES: WordChoices<&str> =
-    WordChoices(&[("proper", "proper"), ("substitute", "substitute"), ("wrong", "wrong"), ("missing", "missing")]);
+pub(super) static MODULE_STATES: WordChoices<&str> = WordChoices(&[
+    ("proper", "proper"),
+    ("substitute", "substitute"),
+    ("wrong", "wrong"),
+    ("missing", "missing"),
+    ("locked", "locked"),
+]);
 /// What a connection is after its start-up.
 pub(super) static CONNECTIONS: WordChoices<&str> = WordChoices(&[("none", "none"), ("data", "data")]);
 

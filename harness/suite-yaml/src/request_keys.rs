@@ -67,7 +67,10 @@ key_set! {
         byte_order may Only("little"), "`little`: the RPC headers are little-endian.";
         ip may Only("none"), "`none`: no address is given; the device is called where it is.";
         fields may NonEmptyMap(&Shape::Whole(0, 0xFFFF_FFFF_FFFF)), "Fields of the Connect request that have other values, by their words.";
-        parameter_pause may Time, "How long the controller waits before it sends the end of the parameters.";
+        parameter_pause may Time, "How long the controller waits before it sends the end of the parameters, also after a plug or release.";
+        access_point may Only("none"), "`none`: the submodule of slot 0 is not expected, as by a controller that shares the device.";
+        network may Only("expected"), "`expected`: the interface and the ports are expected as well, by their idents under `network`.";
+        access may Only("supervisor"), "`supervisor`: the connection of a supervisor for records only, without cyclic data.";
     }
 }
 

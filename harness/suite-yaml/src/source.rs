@@ -234,7 +234,9 @@ impl Sources {
     ///
     /// A description is written as every `device.yaml` of PROFINET is; its name may be any. The suite asks it for the modules `data` and `mirror`, the signals
     /// `given` and `mirrored`, the submodule `mirror`, the records `im0` and `im1`, the constant `vendor`, and the faults
-    /// `passing` and `standing`; what the device does not have is left out by the bench file.
+    /// `passing` and `standing`; what the device does not have is left out by the bench file. For exchangeable modules and shared
+    /// devices it asks for the module and submodule `counter`, the constant `counter_slot`, and the faults `pulled`, `wrong` and
+    /// `event`; a module that a device does not have is `absent`.
     #[must_use]
     pub fn with_description(self, file: &Path, text: impl Into<String>) -> Sources {
         self.described(ANY_DEVICE, file, text)

@@ -193,6 +193,21 @@ impl StepScope<'_, '_> {
                     let mistake = value.wrong("`ip` is `none` here");
                     return Err(mistake.help("give the device another address with `write: { station.ip: ... }`"));
                 }
+                ("access_point", _) if is_none(value) => StartDeviation::NoAccessPoint,
+                ("access_point", _) => {
+                    let mistake = value.wrong("`access_point` is `none` here");
+                    return Err(mistake.help("without it the submodule of slot 0 is expected as well"));
+                }
+                ("network", _) if value.text("a word")? == "expected" => StartDeviation::NetworkExpected,
+                ("network", _) => {
+                    let mistake = value.wrong("`network` is `expected` here");
+                    return Err(mistake.help("without it the interface and the ports are not expected"));
+                }
+                ("access", _) if value.text("a kind of access")? == "supervisor" => StartDeviation::SupervisorAccess,
+                ("access", _) => {
+                    let mistake = value.wrong("`access` is `supervisor` here");
+                    return Err(mistake.help("without it the connection is that of a controller, with cyclic data"));
+                }
                 ("parameter_pause", _) => StartDeviation::ParameterPause(duration(value, "a pause")?),
                 ("station_name", _) => match literal(value, &expression::Type::Text)? {
                     Value::Text(text) => StartDeviation::StationName(text.to_string()),

@@ -158,6 +158,8 @@ pub enum Consent {
     Firmware,
     /// A supply voltage or a temperature beyond what the manual permits.
     Overstress,
+    /// No other station on the network that could be disturbed.
+    Alone,
 }
 
 /// A claim that the device has something.
@@ -195,6 +197,7 @@ impl fmt::Display for Consent {
             Consent::PositionReference => f.write_str("position_reference"),
             Consent::Firmware => f.write_str("firmware"),
             Consent::Overstress => f.write_str("overstress"),
+            Consent::Alone => f.write_str("alone"),
         }
     }
 }

@@ -60,6 +60,8 @@ mod rpc_calls_state;
 pub mod sendix_leds;
 pub mod service;
 pub mod set_prm;
+pub mod shared_slots;
+mod shared_slots_state;
 pub mod signal_image;
 pub mod signals;
 pub mod slave;
@@ -71,6 +73,8 @@ pub mod stack_data;
 pub mod start;
 pub mod station;
 mod station_state;
+pub mod supervisors;
+mod supervisors_state;
 mod unrequested_presets;
 pub mod velocity;
 pub mod vendor_axis;
@@ -112,6 +116,7 @@ pub static GROUPS: &[&[Group]] = &[
     rpc_calls::GROUPS,
     service::GROUPS,
     set_prm::GROUPS,
+    shared_slots::GROUPS,
     signals::GROUPS,
     slave::GROUPS,
     snmp::GROUPS,
@@ -119,6 +124,7 @@ pub static GROUPS: &[&[Group]] = &[
     stack_data::GROUPS,
     start::GROUPS,
     station::GROUPS,
+    supervisors::GROUPS,
     velocity::GROUPS,
     vendor_axis::GROUPS,
     vendor_parameters::GROUPS,

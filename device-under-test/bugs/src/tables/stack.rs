@@ -121,7 +121,7 @@ pub static GROUPS: &[Group] = &[
             "other-frame-id" "The inputs are sent with another frame ID than agreed."
                 => |d| d.stack.inputs(|frame| frame[1] = frame[1].wrapping_add(1));
             "second-controller-served" "A second controller gets a connection to the same submodules."
-                => |d| d.stack.check(|check, right| match check { StackCheck::ConnectionLimit { is_exchange: true, others } => others < 2, _ => right });
+                => |d| d.stack.check(|check, right| match check { StackCheck::ConnectionLimit { is_exchange: true, others } => others < 2, StackCheck::OwnedByOther(..) => false, _ => right });
             "fourth-connection-refused" "After three connections every further Connect is refused."
                 => |d| d.stack.add(ThreeConnectionsOnly::default());
             "proper-module-called-substitute" "Connect and ApplicationReady report proper modules as substitutes."

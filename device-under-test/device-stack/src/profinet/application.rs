@@ -97,6 +97,28 @@ pub trait IoApplication {
     /// pending.
     fn next_diagnosis(&mut self) -> Option<DiagnosisChange>;
 
+    /// The next submodule that was pulled or plugged since the last call, oldest first.
+    ///
+    /// The interface and the ports are never pulled. A device without exchangeable modules returns `None`.
+    fn next_plug(&mut self) -> Option<PlugChange> {
+        None
+    }
+
+    /// The slot and subslot of the next event in the process since the last call, oldest first, for a process alarm.
+    fn next_event(&mut self) -> Option<(u16, u16)> {
+        None
+    }
+
+    /// How many controllers can have a connection with cyclic data at the same time (NumberOfAR in the GSDML).
+    fn controllers(&self) -> usize {
+        1
+    }
+
+    /// How many supervisors can have a connection for records at the same time (NumberOfDeviceAccessAR in the GSDML).
+    fn supervisors(&self) -> usize {
+        2
+    }
+
     /// Carries out an action of the stand on the sensor. Returns when it is complete, or `None` if the application
     /// does not support the action.
     ///
@@ -215,6 +237,15 @@ pub struct PluggableSubmodule {
     pub input_octets: u16,
     /// Output data to the device in bytes, without status.
     pub output_octets: u16,
+}
+
+/// A submodule that is pulled or plugged while the device has power.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlugChange {
+    /// It was pulled.
+    Pulled(PluggableSubmodule),
+    /// It was plugged. If it is none of [`IoApplication::plugs`], it is wrong for its place.
+    Plugged(PluggableSubmodule),
 }
 
 /// The number that the stack gives to a connection. Numbers are not reused.

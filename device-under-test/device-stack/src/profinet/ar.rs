@@ -2,11 +2,12 @@
 
 use super::alarm::AlarmEndpoint;
 use super::cyclic::{InputProvider, OutputConsumer};
+use super::ownership::PluggedAfterwards;
 use super::phase::{ArPhase, StartUpEvent};
-use super::plugged::{ExpectedSubmoduleData, RecordScope};
+use super::plugged::{ExpectedSubmoduleData, RecordScope, SubmoduleAddress};
 use super::rpc::OutgoingCall;
 use crate::earlier;
-use crate::profinet::ArKey;
+use crate::profinet::{ArKey, IoApplication};
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 use station::{Duration, Time};
@@ -31,6 +32,14 @@ pub(super) struct DeviceAr {
     pub phase: ArPhase,
     /// The submodules that the initiator expects.
     pub expected: Vec<ExpectedSubmoduleData>,
+    /// Those of them that the connection owns: no other connection had them first.
+    pub owned: Vec<ExpectedSubmoduleData>,
+    /// Plugged or released submodules whose parameters are not complete.
+    pub plugs: Vec<PluggedAfterwards>,
+    /// AlarmSequenceNumbers of submodules that are ready and not announced yet.
+    pub ready_plugs: Vec<u16>,
+    /// Number of calls to the initiator so far.
+    pub calls: u32,
     /// The ModuleDiffBlock that was sent to the initiator.
     pub difference: Option<ModuleDiffBlock>,
     /// Whether the plugged submodules now differ from the expected ones.
@@ -79,6 +88,30 @@ impl DeviceAr {
     /// The submodules of the connection.
     pub(super) fn scope(&self) -> RecordScope<'_> {
         RecordScope::Connection(&self.expected)
+    }
+
+    /// The submodules that the connection owns.
+    pub(super) fn owned_scope(&self) -> RecordScope<'_> {
+        RecordScope::Connection(&self.owned)
+    }
+
+    /// Whether the connection owns the submodule at `place`.
+    pub(super) fn owns(&self, place: SubmoduleAddress) -> bool {
+        self.owned.iter().any(|submodule| submodule.place == place)
+    }
+
+    /// Says whether the submodule at `place` can have good data. Outputs that end are reported to `application`.
+    pub(super) fn set_usable(
+        &mut self,
+        now: Time,
+        place: SubmoduleAddress,
+        is_usable: bool,
+        application: &mut dyn IoApplication,
+    ) {
+        if let Some(exchange) = &mut self.exchange {
+            exchange.provider.set_usable((place.slot, place.subslot), is_usable);
+            exchange.consumer.set_usable(now, (place.slot, place.subslot), is_usable, application);
+        }
     }
 
     /// The next time at which a timer of the connection expires.

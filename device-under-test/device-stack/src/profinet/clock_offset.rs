@@ -1,8 +1,8 @@
 //! An application whose clock is ahead of the clock of the stack, for a stand that skips time.
 
 use crate::profinet::{
-    ArKey, DiagnosisChange, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess, RecordRefusal, ResetScope,
-    StackStatus, StationData,
+    ArKey, DiagnosisChange, IoApplication, IoIdentity, PlugChange, PluggableSubmodule, RecordAccess, RecordRefusal,
+    ResetScope, StackStatus, StationData,
 };
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -83,6 +83,22 @@ impl<A: IoApplication> IoApplication for OffsetClock<A> {
 
     fn next_diagnosis(&mut self) -> Option<DiagnosisChange> {
         self.inner.next_diagnosis()
+    }
+
+    fn next_plug(&mut self) -> Option<PlugChange> {
+        self.inner.next_plug()
+    }
+
+    fn next_event(&mut self) -> Option<(u16, u16)> {
+        self.inner.next_event()
+    }
+
+    fn controllers(&self) -> usize {
+        self.inner.controllers()
+    }
+
+    fn supervisors(&self) -> usize {
+        self.inner.supervisors()
     }
 
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {

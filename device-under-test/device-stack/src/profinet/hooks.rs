@@ -71,6 +71,24 @@ pub enum StackCheck<'a> {
         /// The number of open connections of this kind.
         others: usize,
     },
+    /// A diagnosis is reported to a connection that expects the submodule and does not own it.
+    DiagnosisOfOthers,
+    /// Another connection owns the submodule at this slot and subslot.
+    OwnedByOther(u16, u16),
+    /// A connection that does not own the submodule of this record may write it.
+    WritesOfOthers(RecordAccess),
+    /// A connection may read a record of a submodule that another one owns.
+    ReadsOfOthers,
+    /// The inputs of the submodule at this slot and subslot can be good: it is plugged, and its connection owns it.
+    Usable(u16, u16),
+    /// The outputs of the submodule at this slot and subslot can be consumed, for the same reasons.
+    Consumes(u16, u16),
+    /// A connection for records only ends when its initiator is silent for too long.
+    EndsWhenSilent,
+    /// The data of a plugged submodule stay bad until the end of its parameters.
+    PlugAwaitsParameters,
+    /// A plugged submodule is ready once its parameters are complete.
+    PlugBecomesReady,
     /// A new connection of a controller replaces its old one.
     ReplacesConnection,
     /// Frames with this FrameID carry the expected outputs.
@@ -87,10 +105,22 @@ pub enum StackCheck<'a> {
     InputsReady,
     /// The device consumes outputs: their IOCS is good.
     TakesOutputs,
+    /// Alarms of high priority have their own sequence numbers.
+    NumbersOfHighAlarms,
+    /// An alarm of high priority is sent while one of low priority waits for its acknowledgement.
+    HighBesideLow,
     /// An alarm PDU is for the alarm endpoint of a connection.
     AlarmEndpoint,
     /// An acknowledgement belongs to the alarm that waits for one.
     Acknowledgement,
+    /// The neighbour is the expected station.
+    PeerStation,
+    /// The neighbour is connected with the expected one of its ports.
+    PeerPort,
+    /// A record of a port has the right block.
+    PortBlock,
+    /// A record of a port names the port that it is written to.
+    PortAddress,
     /// A submodule is plugged at the address of this record access.
     Plugged(RecordAccess),
     /// The agent answers messages of this version of SNMP: 0 is SNMPv1, 1 is SNMPv2c.

@@ -18,10 +18,13 @@ mod diagnosis;
 mod hooks;
 mod ip;
 mod lldp;
+mod log_book;
 mod maintenance;
+mod ownership;
 mod phase;
 mod physical;
 mod plugged;
+mod port_parameters;
 mod receive;
 mod records;
 mod rpc;
@@ -33,7 +36,7 @@ mod web;
 mod tests;
 
 pub use application::{
-    ArKey, DiagnosisChange, DiagnosisSeverity, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess,
+    ArKey, DiagnosisChange, DiagnosisSeverity, IoApplication, IoIdentity, PlugChange, PluggableSubmodule, RecordAccess,
     RecordRefusal, ResetScope, StackStatus, StationData, SubmoduleDiagnosis,
 };
 pub use device::IoDevice;

@@ -56,7 +56,7 @@ impl Stack {
             port: format!("port-{:03}", plug.subslot - INTERFACE_SUBSLOT).into_bytes(),
             peers: peers.into_iter().collect(),
             mau_type: if is_linked { FAST_ETHERNET } else { 0 },
-            domain_boundary: 0,
+            domain_boundary: self.domain_boundary(place),
             multicast_boundary: 0,
             port_state: PORT_STATE_UNKNOWN,
             link_state: if is_linked { LINK_UP } else { LINK_DOWN },

@@ -122,8 +122,12 @@ impl ExpectedSubmoduleData {
 /// The plugged submodules, and those that can be plugged.
 #[derive(Debug)]
 pub(super) struct PluggedConfiguration {
+    /// What the application has, before the hooks; `possible` begins with the same submodules after the hooks.
+    offered: Vec<PluggableSubmodule>,
     possible: Vec<PluggableSubmodule>,
     real: Vec<PluggableSubmodule>,
+    /// Where the right submodule was pulled, whatever is plugged there now.
+    pulled: Vec<SubmoduleAddress>,
 }
 
 impl PluggedConfiguration {
@@ -151,7 +155,8 @@ impl PluggedConfiguration {
             });
         }
         hooks.notify(|hooks| hooks.plugs(&mut possible));
-        let mut plugged = PluggedConfiguration { possible, real: Vec::new() };
+        let mut plugged =
+            PluggedConfiguration { offered: plugs.to_vec(), possible, real: Vec::new(), pulled: Vec::new() };
         for at in 0..plugged.possible.len() {
             let plug = plugged.possible[at];
             let place = SubmoduleAddress::from(&plug);
@@ -183,8 +188,43 @@ impl PluggedConfiguration {
         self.real.iter().find(|plug| (plug.api, plug.slot) == (place.api, place.slot)).map(|plug| plug.module_ident)
     }
 
-    /// The submodule that can be plugged for `expected`: same address, same module and submodule ident.
+    /// The submodule was pulled.
+    pub(super) fn pull(&mut self, place: SubmoduleAddress) {
+        self.real.retain(|real| SubmoduleAddress::from(real) != place);
+        if !self.pulled.contains(&place) {
+            self.pulled.push(place);
+        }
+    }
+
+    /// A submodule of the application was plugged in an empty subslot. Returns it as it is plugged, and whether it is one
+    /// that belongs there.
+    pub(super) fn plug(&mut self, plug: PluggableSubmodule) -> (PluggableSubmodule, bool) {
+        let place = SubmoduleAddress::from(&plug);
+        let known = self.offered.iter().position(|offered| *offered == plug).and_then(|at| self.possible.get(at));
+        let right = known.copied().filter(|known| SubmoduleAddress::from(known) == place);
+        let plug = right.unwrap_or(plug);
+        self.real.retain(|real| SubmoduleAddress::from(real) != place);
+        self.real.push(plug);
+        match right {
+            Some(_) => self.pulled.retain(|pulled| *pulled != place),
+            None if self.pulled.contains(&place) => {}
+            None => self.pulled.push(place),
+        }
+        (plug, right.is_some())
+    }
+
+    /// Whether `expected` is a submodule of the device, be it pulled or not.
+    pub(super) fn knows(&self, expected: &ExpectedSubmoduleData) -> bool {
+        self.possible_for(expected).is_some()
+    }
+
+    /// The submodule that can be plugged for `expected` and is not pulled: same address, same module and submodule
+    /// ident.
     pub(super) fn fitting(&self, expected: &ExpectedSubmoduleData) -> Option<PluggableSubmodule> {
+        self.possible_for(expected).filter(|_| !self.pulled.contains(&expected.place))
+    }
+
+    fn possible_for(&self, expected: &ExpectedSubmoduleData) -> Option<PluggableSubmodule> {
         let fits = |plug: &&PluggableSubmodule| {
             SubmoduleAddress::from(*plug) == expected.place
                 && (plug.module_ident, plug.submodule_ident) == (expected.module_ident, expected.submodule_ident)
@@ -218,10 +258,16 @@ impl PluggedConfiguration {
         fitting
     }
 
-    /// The ModuleDiffBlock for `expected`; `None` if nothing differs.
-    pub(super) fn difference(&self, expected: &[ExpectedSubmoduleData]) -> Option<ModuleDiffBlock> {
-        let differing = expected.iter().filter(|submodule| self.fitting_at(submodule).is_none());
-        Some(self.compare(differing)).filter(|difference| !difference.apis.is_empty())
+    /// The ModuleDiffBlock for `expected`, of which another connection owns those in `locked`; `None` if nothing
+    /// differs.
+    pub(super) fn difference(
+        &self,
+        expected: &[ExpectedSubmoduleData],
+        locked: &[ExpectedSubmoduleData],
+    ) -> Option<ModuleDiffBlock> {
+        let differs =
+            |submodule: &&ExpectedSubmoduleData| self.fitting_at(submodule).is_none() || locked.contains(*submodule);
+        Some(self.compare(expected.iter().filter(differs), locked)).filter(|difference| !difference.apis.is_empty())
     }
 
     /// Whether the plugged submodules differ from `expected`.
@@ -230,11 +276,19 @@ impl PluggedConfiguration {
     }
 
     /// A ModuleDiffBlock with every expected submodule, including those that do not differ.
-    pub(super) fn comparison(&self, expected: &[ExpectedSubmoduleData]) -> ModuleDiffBlock {
-        self.compare(expected.iter())
+    pub(super) fn comparison(
+        &self,
+        expected: &[ExpectedSubmoduleData],
+        locked: &[ExpectedSubmoduleData],
+    ) -> ModuleDiffBlock {
+        self.compare(expected.iter(), locked)
     }
 
-    fn compare<'a>(&self, expected: impl Iterator<Item = &'a ExpectedSubmoduleData>) -> ModuleDiffBlock {
+    fn compare<'a>(
+        &self,
+        expected: impl Iterator<Item = &'a ExpectedSubmoduleData>,
+        locked: &[ExpectedSubmoduleData],
+    ) -> ModuleDiffBlock {
         let mut apis: Vec<ApiDiff> = Vec::new();
         for submodule in expected {
             let SubmoduleAddress { api, slot, subslot } = submodule.place;
@@ -266,10 +320,11 @@ impl PluggedConfiguration {
                     Some(_) => IdentInfo::WRONG,
                     None => IdentInfo::NO_SUBMODULE,
                 };
+                let owner = if locked.contains(submodule) { ArInfo::LOCKED_BY_CONTROLLER } else { ArInfo::OWN };
                 module.submodules.push(SubmoduleDiff {
                     subslot,
                     submodule_ident: real.map_or(0, |plug| plug.submodule_ident),
-                    state: SubmoduleState::new(ident_info, ArInfo::OWN, 0),
+                    state: SubmoduleState::new(ident_info, owner, 0),
                 });
             }
         }

@@ -158,7 +158,9 @@ impl Stack {
             CallProgress::Done => {
                 let ar = &mut self.ars[at];
                 ar.call = None;
-                ar.step(env.now, StartUpEvent::ReadyConfirmed);
+                if !ar.step(env.now, StartUpEvent::ReadyConfirmed) {
+                    return true;
+                }
                 let has_outputs = ar.exchange.as_ref().is_some_and(|exchange| exchange.consumer.expires().is_some());
                 if has_outputs {
                     ar.step(env.now, StartUpEvent::OutputsCame);
@@ -170,9 +172,9 @@ impl Stack {
     }
 
     fn queue_pending_diagnoses(&mut self, at: usize) {
-        let DeviceAr { expected, exchange, .. } = &mut self.ars[at];
+        let DeviceAr { owned, exchange, .. } = &mut self.ars[at];
         let Some(exchange) = exchange else { return };
-        let scope = RecordScope::Connection(expected);
+        let scope = RecordScope::Connection(owned);
         for diagnosis in self.diagnoses.pending(scope) {
             let change = DiagnosisChange { appears: true, diagnosis: *diagnosis };
             if let Some(alarm) = self.diagnoses.alarm(&change, scope, &self.plugged) {

@@ -4,9 +4,11 @@
 use super::hooks::StackCheck;
 use super::maintenance;
 use super::plugged::{ExpectedSubmoduleData, INTERFACE_SUBSLOT, RecordScope, SubmoduleAddress};
+use super::port_parameters::PortRecord;
 use super::stack::{Stack, StackEnv};
 use crate::profinet::{PluggableSubmodule, RecordAccess, RecordRefusal};
 use alloc::vec::Vec;
+use station::Time;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::identification::{
     ApiData, ApiIdentification, IdentificationData, SlotIdentification, SubslotIdentification,
@@ -32,6 +34,8 @@ enum StackRecord {
     Im0Filter,
     Im(u16),
     Port,
+    PortParameters(PortRecord),
+    LogBook,
     Interface,
     Physical,
 }
@@ -67,6 +71,9 @@ fn record(index: u16) -> Option<(RecordReach, StackRecord)> {
         0xF821 => StackRecord::Apis,
         0xF840 => StackRecord::Im0Filter,
         0x802A => StackRecord::Port,
+        0x802B => StackRecord::PortParameters(PortRecord::Check),
+        0x802F => StackRecord::PortParameters(PortRecord::Adjust),
+        0xF830 => StackRecord::LogBook,
         0x8080 => StackRecord::Interface,
         0xF841 => StackRecord::Physical,
         IM0..=IM3 => StackRecord::Im(index - IM0),
@@ -116,7 +123,7 @@ impl Stack {
         let access = self.hooked_access(access);
         let mut data = Vec::new();
         let result = match record(access.index) {
-            Some(record) => self.read_own_record(access, record, about, &mut data),
+            Some(record) => self.read_own_record(env.now, access, record, about, &mut data),
             None => self.check_application(access).and_then(|()| {
                 let result = env.application.read_record(env.now, access, &mut data);
                 result.map_err(error)
@@ -139,6 +146,7 @@ impl Stack {
     /// Reads a record of the stack and appends it to `out`.
     fn read_own_record(
         &self,
+        now: Time,
         access: RecordAccess,
         (width, subject): (RecordReach, StackRecord),
         about: Option<usize>,
@@ -182,6 +190,8 @@ impl Stack {
                 identification(BlockType::IM0_FILTER_DEVICE, head()).write(out);
             }
             StackRecord::Im(0) => maintenance::im0(&self.identity).write(out),
+            StackRecord::PortParameters(record) => out.extend(self.read_port(place, record)?),
+            StackRecord::LogBook => self.write_log_book(now, out),
             StackRecord::Port => self.port(place).ok_or(RecordError::INVALID_INDEX)?.write(out),
             StackRecord::Interface if place.subslot != INTERFACE_SUBSLOT => return Err(RecordError::INVALID_INDEX),
             StackRecord::Interface => self.interface().write(out),
@@ -214,9 +224,12 @@ impl Stack {
         })
     }
 
-    /// Writes a record of the stack. Only the supported ones of I&M1 to I&M3 are writable.
+    /// Writes a record of the stack. Only the supported ones of I&M1 to I&M3 and the parameters of ports are writable.
     fn write_own_record(&mut self, access: RecordAccess, subject: StackRecord, data: &[u8]) -> Result<(), RecordError> {
         self.check_place(access)?;
+        if let StackRecord::PortParameters(record) = subject {
+            return self.write_port(submodule_address(access), record, data);
+        }
         let StackRecord::Im(number @ 1..) = subject else { return Err(RecordError::ACCESS_DENIED) };
         if self.retained.texts.get(&self.identity, number).is_none() {
             return Err(RecordError::INVALID_INDEX);

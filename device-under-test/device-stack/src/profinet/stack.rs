@@ -9,13 +9,15 @@ use super::diagnosis::PendingDiagnoses;
 use super::hooks::{ArEvent, AttachedStackHooks, StackCheck, StackView, StationLoad};
 use super::ip::{IpStack, RpcSocket};
 use super::lldp::{LldpAgent, LldpMacs, LldpNeighbour};
+use super::log_book::LogBookEntry;
 use super::maintenance::ImTexts;
 use super::phase::{ArPhase, StartUpEvent};
 use super::plugged::{PORT_SUBSLOT, PluggedConfiguration, RecordScope};
+use super::port_parameters::PortParameters;
 use super::rpc::{MapperEntry, RpcServer};
 use super::snmp::TrafficCounters;
 use crate::earlier;
-use crate::profinet::{ArKey, IoApplication, IoIdentity, StackStatus, StationData};
+use crate::profinet::{ArKey, DiagnosisChange, IoApplication, IoIdentity, StackStatus, StationData};
 use alloc::vec::Vec;
 use station::{Outbox, Time};
 use wire::ethernet::Mac;
@@ -88,6 +90,10 @@ pub(super) struct Stack {
     pub started: Time,
     /// The counters of the interface.
     pub traffic: TrafficCounters,
+    /// What controllers have written to the ports.
+    pub port_parameters: Vec<PortParameters>,
+    /// The log book.
+    pub log_book: Vec<LogBookEntry>,
 }
 
 impl Stack {
@@ -112,6 +118,8 @@ impl Stack {
             lldp: LldpAgent::new(now),
             started: now,
             traffic: TrafficCounters::default(),
+            port_parameters: Vec::new(),
+            log_book: Vec::new(),
             retained,
         }
     }
@@ -183,7 +191,7 @@ impl Stack {
     }
 
     fn wake_connection(&mut self, env: &mut StackEnv<'_>, at: usize) {
-        let has_problem = self.diagnoses.has_fault(self.ars[at].scope());
+        let has_problem = self.diagnoses.has_fault(self.ars[at].owned_scope());
         let ar = &mut self.ars[at];
         if let Some(exchange) = &ar.exchange
             && exchange.consumer.expires().is_some_and(|expires| expires <= env.now)
@@ -195,8 +203,9 @@ impl Stack {
                 ArPhase::Preparing => {
                     ar.step(env.now, StartUpEvent::ApplicationReady);
                     let order = self.hooks.byte_order(ByteOrder::Big);
-                    ar.call = Some(application_ready(env.now, self.retained.mac, ar, order));
+                    ar.call = Some(application_ready(env.now, self.retained.mac, ar, None, order));
                 }
+                ArPhase::Access if !self.hooks.check(StackCheck::EndsWhenSilent, true) => ar.phase_due = None,
                 ArPhase::Parameters | ArPhase::Waiting | ArPhase::Access => {
                     return self.abort(env, at, AbortReason::CMI_TIMEOUT);
                 }
@@ -223,18 +232,17 @@ impl Stack {
 
     /// Called after each event: fetches diagnosis changes from the application and sends alarms that are due.
     pub(super) fn process_pending(&mut self, env: &mut StackEnv<'_>) {
-        while let Some(mut change) = env.application.next_diagnosis() {
-            if !self.hooks.apply(true, |hooks, is_noted| hooks.diagnosis(&mut change, is_noted)) {
-                continue;
-            }
-            self.diagnoses.note(&change);
-            for ar in self.ars.iter_mut().filter(|ar| ar.phase.has_alarms()) {
-                let alarm = self.diagnoses.alarm(&change, RecordScope::Connection(&ar.expected), &self.plugged);
-                if let (Some(alarm), Some(exchange)) = (alarm, &mut ar.exchange) {
-                    exchange.alarms.push(alarm);
-                }
-            }
+        while let Some(change) = env.application.next_diagnosis() {
+            self.report_diagnosis(change);
         }
+        self.check_peers();
+        while let Some(change) = env.application.next_plug() {
+            self.change_plug(env, change);
+        }
+        while let Some((slot, subslot)) = env.application.next_event() {
+            self.report_event(slot, subslot);
+        }
+        self.announce_ready_plugs(env);
         for at in (0..self.ars.len()).rev() {
             let Some(exchange) = &mut self.ars[at].exchange else { continue };
             let is_due = exchange.alarms.due().is_some_and(|due| due <= env.now);
@@ -245,6 +253,22 @@ impl Stack {
         let aborts = self.hooks.apply(false, |hooks, aborts| hooks.aborts(aborts));
         if aborts {
             self.abort_all(env, AbortReason::ABORT_REQUEST);
+        }
+    }
+
+    /// Notes a diagnosis that appears or disappears, and queues an alarm for the connection that owns its submodule.
+    pub(super) fn report_diagnosis(&mut self, mut change: DiagnosisChange) {
+        if !self.hooks.apply(true, |hooks, is_noted| hooks.diagnosis(&mut change, is_noted)) {
+            return;
+        }
+        self.diagnoses.note(&change);
+        for ar in self.ars.iter_mut().filter(|ar| ar.phase.has_alarms()) {
+            let seen = self.hooks.check(StackCheck::DiagnosisOfOthers, false);
+            let scope = RecordScope::Connection(if seen { &ar.expected } else { &ar.owned });
+            let alarm = self.diagnoses.alarm(&change, scope, &self.plugged);
+            if let (Some(alarm), Some(exchange)) = (alarm, &mut ar.exchange) {
+                exchange.alarms.push(alarm);
+            }
         }
     }
 
@@ -259,10 +283,12 @@ impl Stack {
             exchange.consumer.stop(env.now, env.application);
         }
         env.application.ended(env.now, ar.key);
+        self.hand_over(env, &ar.owned);
     }
 
     /// Aborts a connection with `reason`.
     pub(super) fn abort(&mut self, env: &mut StackEnv<'_>, at: usize, reason: AbortReason) {
+        self.note_abort(env.now, self.ars[at].request.ar_uuid, reason);
         self.end(env, at, ArEvent::Ended, Some(reason));
     }
 

@@ -2,7 +2,8 @@
 //!
 //! It is the reference for rules that hold for every PROFINET IO device. Slot 1 receives four bytes and sends them back, or
 //! zeros while its outputs are bad. Slot 2 sends the number of frames that it has sent. The device has I&M0 to I&M3, no
-//! parameters, and two faults that it reports as channel diagnoses. Vendor, device and ident numbers are invented.
+//! parameters, and two faults that it reports as channel diagnoses. The module in slot 2 can be pulled, and another one can be
+//! plugged there. Two controllers can share the slots. Vendor, device and ident numbers are invented.
 //!
 //! This module must not depend on encoders.
 
@@ -10,7 +11,7 @@ use alloc::collections::VecDeque;
 use alloc::format;
 use core::time::Duration;
 use device_stack::profinet::{
-    ArKey, DiagnosisChange, DiagnosisSeverity, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess,
+    ArKey, DiagnosisChange, DiagnosisSeverity, IoApplication, IoIdentity, PlugChange, PluggableSubmodule, RecordAccess,
     RecordRefusal, ResetScope, StationData, SubmoduleDiagnosis,
 };
 use station::{StandAction, Time};
@@ -27,8 +28,12 @@ const COUNTER: u16 = 2;
 /// The faults: the name for the stand, and the ChannelErrorType.
 const FAULTS: [(&str, u16); 2] = [("passing", 0x0001), ("standing", 0x0006)];
 
+const COUNTER_MODULE: PluggableSubmodule = plug(COUNTER, 0x0030, 0x0031, 2, 0);
+/// A module that can be plugged in the slot of the counter and does not belong there.
+const WRONG_MODULE: PluggableSubmodule = plug(COUNTER, 0x0040, 0x0041, 2, 0);
+
 const PLUGS: [PluggableSubmodule; 3] =
-    [plug(0, 0x0001, 0x0001, 0, 0), plug(MIRROR, 0x0020, 0x0021, 4, 4), plug(COUNTER, 0x0030, 0x0031, 2, 0)];
+    [plug(0, 0x0001, 0x0001, 0, 0), plug(MIRROR, 0x0020, 0x0021, 4, 4), COUNTER_MODULE];
 
 const fn plug(
     slot: u16,
@@ -48,6 +53,12 @@ pub struct GenericIoDevice {
     sent: u16,
     faults: [bool; FAULTS.len()],
     changes: VecDeque<DiagnosisChange>,
+    /// Whether the module of slot 2 is pulled, and whether the wrong one is plugged instead.
+    pulled: bool,
+    wrong: bool,
+    plugs: VecDeque<PlugChange>,
+    /// Events in the process of slot 1 that are not reported yet.
+    events: usize,
 }
 
 impl GenericIoDevice {
@@ -77,6 +88,28 @@ impl GenericIoDevice {
             sent: 0,
             faults: [false; FAULTS.len()],
             changes: VecDeque::new(),
+            pulled: false,
+            wrong: false,
+            plugs: VecDeque::new(),
+            events: 0,
+        }
+    }
+
+    /// The module in slot 2.
+    fn plugged(&self) -> Option<PluggableSubmodule> {
+        match (self.pulled, self.wrong) {
+            (true, _) => None,
+            (false, true) => Some(WRONG_MODULE),
+            (false, false) => Some(COUNTER_MODULE),
+        }
+    }
+
+    /// Reports that slot 2 no longer has the module `before`.
+    fn queue_exchange(&mut self, before: Option<PluggableSubmodule>) {
+        let after = self.plugged();
+        if before != after {
+            self.plugs.extend(before.map(PlugChange::Pulled));
+            self.plugs.extend(after.map(PlugChange::Plugged));
         }
     }
 
@@ -135,22 +168,42 @@ impl IoApplication for GenericIoDevice {
                 self.queue_diagnosis(fault, true);
             }
         }
+        self.queue_exchange(Some(COUNTER_MODULE));
     }
 
     fn power_down(&mut self, _: Time) {
         self.changes.clear();
+        self.plugs.clear();
+        self.events = 0;
     }
 
-    fn started(&mut self, _: Time, _: ArKey, _: &[PluggableSubmodule]) {
-        self.outputs = [0; 4];
+    fn started(&mut self, _: Time, _: ArKey, plugged: &[PluggableSubmodule]) {
+        if plugged.iter().any(|plug| plug.slot == MIRROR) {
+            self.outputs = [0; 4];
+        }
     }
 
     fn parameter_end(&mut self, now: Time, _: ArKey) -> Time {
         now + READY
     }
 
-    fn ended(&mut self, _: Time, _: ArKey) {
-        self.outputs = [0; 4];
+    fn ended(&mut self, _: Time, _: ArKey) {}
+
+    fn controllers(&self) -> usize {
+        2
+    }
+
+    fn supervisors(&self) -> usize {
+        1
+    }
+
+    fn next_event(&mut self) -> Option<(u16, u16)> {
+        self.events = self.events.checked_sub(1)?;
+        Some((MIRROR, 1))
+    }
+
+    fn next_plug(&mut self) -> Option<PlugChange> {
+        self.plugs.pop_front()
     }
 
     fn write_record(&mut self, _: Time, _: RecordAccess, _: &[u8]) -> Result<(), RecordRefusal> {
@@ -185,6 +238,22 @@ impl IoApplication for GenericIoDevice {
 
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
         let StandAction::Fault(name, present) = *action else { return None };
+        let before = self.plugged();
+        match name {
+            "pulled" => self.pulled = present,
+            "wrong" => self.wrong = present,
+            "event" if present => self.events += 1,
+            "event" => {}
+            _ => return self.act_on_fault(now, name, present),
+        }
+        self.queue_exchange(before);
+        Some(now)
+    }
+}
+
+impl GenericIoDevice {
+    /// Causes or ends a fault that is reported as a diagnosis; `None` for an unknown name.
+    fn act_on_fault(&mut self, now: Time, name: &str, present: bool) -> Option<Time> {
         let fault = FAULTS.iter().position(|(known, _)| *known == name)?;
         if self.faults[fault] != present {
             self.faults[fault] = present;

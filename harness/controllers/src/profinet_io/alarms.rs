@@ -6,6 +6,7 @@
 
 use super::connection::ArConfig;
 use super::outcome::ArEnd;
+use super::plug::needs_parameters;
 use super::state::{AwaitedEvent, Wait};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
@@ -42,6 +43,8 @@ pub(super) struct ControllerAlarms {
     pub(super) acknowledge: AlarmAcknowledge,
     ends: AlarmCrAddresses,
     channels: [AlarmPriorityChannel; 2],
+    /// The sequence numbers of acknowledged alarms about submodules that wait for parameters.
+    plugged: Vec<u16>,
 }
 
 /// Addresses, references and timing of the two alarm endpoints.
@@ -117,7 +120,13 @@ impl ControllerAlarms {
             acknowledge: AlarmAcknowledge::Given,
             ends,
             channels: [AlarmPriorityChannel::new(AlarmPriority::Low), AlarmPriorityChannel::new(AlarmPriority::High)],
+            plugged: Vec::new(),
         }
+    }
+
+    /// Takes the sequence numbers of the acknowledged alarms that parameters follow.
+    pub(super) fn take_plugged(&mut self) -> Vec<u16> {
+        core::mem::take(&mut self.plugged)
     }
 
     /// When something must be sent: a repetition, or at once the acknowledgements withheld so far.
@@ -139,7 +148,7 @@ impl ControllerAlarms {
         octets: &[u8],
         out: &mut Outbox,
     ) -> Option<ArEnd> {
-        let ControllerAlarms { acknowledge, ends, channels } = self;
+        let ControllerAlarms { acknowledge, ends, channels, plugged } = self;
         let pdu = RtaPdu::parse(octets).ok().filter(|_| from == ends.device)?;
         // An ERR-RTA counts whatever endpoint it names as its sender: a device that has lost the AR may have lost the number as
         // well.
@@ -151,7 +160,10 @@ impl ControllerAlarms {
         match (pdu.header.kind, pdu.body) {
             (_, RtaBody::Error { status, .. }) => return Some(ArEnd::Aborted(status)),
             (RtaKind::DATA, _) if *acknowledge == AlarmAcknowledge::Held => return None,
-            (RtaKind::DATA, body) => channel.data(ends, pdu.header.send_seq_num, body, out),
+            (RtaKind::DATA, body) => {
+                let sequence = channel.data(ends, pdu.header.send_seq_num, body, out);
+                plugged.extend(sequence.filter(|_| *acknowledge == AlarmAcknowledge::Given));
+            }
             (RtaKind::ACK, _) => channel.acknowledged(pdu.header.ack_seq_num),
             _ => {}
         }
@@ -163,7 +175,7 @@ impl ControllerAlarms {
 
     /// Repeats what is due; returns the end of the AR if the device did not acknowledge in time.
     pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Option<ArEnd> {
-        let ControllerAlarms { acknowledge, ends, channels } = self;
+        let ControllerAlarms { acknowledge, ends, channels, .. } = self;
         if *acknowledge == AlarmAcknowledge::Given {
             channels.iter_mut().for_each(|channel| channel.send_next(now, ends, out));
         }
@@ -196,7 +208,8 @@ impl AlarmPriorityChannel {
         RtaHeader::new(kind, ends.device_reference, ends.own_reference, send, self.taken)
     }
 
-    fn data(&mut self, ends: &AlarmCrAddresses, sequence: u16, body: RtaBody, out: &mut Outbox) {
+    /// Processes a DATA PDU; returns the sequence number of a new alarm that parameters follow.
+    fn data(&mut self, ends: &AlarmCrAddresses, sequence: u16, body: RtaBody, out: &mut Outbox) -> Option<u16> {
         let new = sequence == self.expected;
         if new {
             (self.taken, self.expected) = (sequence, following(sequence));
@@ -204,11 +217,12 @@ impl AlarmPriorityChannel {
         let kind = if new || sequence == self.taken { RtaKind::ACK } else { RtaKind::NACK };
         let pdu = RtaPdu { header: self.header(ends, kind, self.sent), body: RtaBody::Octets(Vec::new()) };
         ends.send(self.priority, &pdu, out);
-        if let RtaBody::Notification(alarm) = body
-            && new
-        {
-            self.waiting.push_back(alarm.acknowledgement(PnioStatus::OK));
+        let RtaBody::Notification(alarm) = body else { return None };
+        if !new {
+            return None;
         }
+        self.waiting.push_back(alarm.acknowledgement(PnioStatus::OK));
+        needs_parameters(&alarm).then(|| alarm.specifier.sequence_number())
     }
 
     fn acknowledged(&mut self, sequence: u16) {

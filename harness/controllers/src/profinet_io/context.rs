@@ -12,6 +12,7 @@ use super::http::{Browser, PageOutcome};
 use super::ids::Ids;
 use super::layout::Layout;
 use super::outcome::{ArEnd, CallError};
+use super::plug::PluggedSubmodules;
 use super::raw::RawAnswer;
 use super::request::{ControllerSettings, Partner};
 use super::server::{ControllerRpcServer, ServedAr, order};
@@ -99,6 +100,7 @@ pub(super) struct ActiveAr {
     pub(super) prm_end_sent: bool,
     pub(super) exchange: Option<IoExchange>,
     pub(super) alarms: Option<ControllerAlarms>,
+    pub(super) plugs: PluggedSubmodules,
 }
 
 /// Why a call was not answered with success.
@@ -170,6 +172,7 @@ impl ControllerContext {
             prm_end_sent: false,
             exchange: None,
             alarms: None,
+            plugs: PluggedSubmodules::new(connection.parameter_pause),
         });
     }
 

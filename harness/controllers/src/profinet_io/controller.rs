@@ -283,7 +283,11 @@ impl Controller {
                     return;
                 };
                 if let Some(end) = alarms.receive(now, header.source, priority, &payload[2..], out) {
-                    self.ended(now, end, out);
+                    return self.ended(now, end, out);
+                }
+                let plugged = alarms.take_plugged();
+                if let Some(ar) = &mut self.context.ar {
+                    ar.plugs.add(now, plugged);
                 }
             }
             FrameKind::DcpIdentifyRequest | FrameKind::DcpIdentifyResponse | FrameKind::DcpGetSet => {
@@ -327,6 +331,9 @@ impl Controller {
                 };
                 if let Some(answer) = raw {
                     return self.dispatch(now, JobEvent::Called(answer), out);
+                }
+                if self.context.ar.as_mut().is_some_and(|ar| ar.plugs.receive(now, &datagram, out)) {
+                    return;
                 }
                 let call = self.context.call.as_mut();
                 if let Some(answer) = call.and_then(|call| call.receive(now, &datagram, out)) {
@@ -414,6 +421,7 @@ impl Station for Controller {
         self.deadline.take();
         self.wake_ar(now, out);
         self.wake_call(now, out);
+        self.context.wake_plugs(now, out);
         if self.context.browser.as_ref().and_then(|browser| browser.due()).is_some_and(|due| due <= now) {
             self.browse(now, None, out);
         }
@@ -455,6 +463,7 @@ impl Controller {
                 consider(exchange.consumer.deadline());
             }
             consider(ar.alarms.as_ref().and_then(|alarms| alarms.deadline()));
+            consider(ar.plugs.deadline());
         }
         consider(self.due.as_ref().map(|(due, _)| *due));
         consider(self.context.call.as_ref().map(|call| call.deadline()));

@@ -20,6 +20,7 @@ mod jobs;
 mod layout;
 mod limits;
 mod outcome;
+mod plug;
 mod presence;
 mod raw;
 mod record;

@@ -13,8 +13,10 @@ use std::sync::Arc;
 use suite::device::DeviceDescription;
 use suite::model::{AnswerPart, ConnectionStart, StartDeviation};
 use suite::persona::{ExpectedSubmodules, Persona};
-use wire::profinet::blocks::connect::RtClass;
-use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiff, ModuleDiffBlock, ModuleState, SubmoduleState};
+use wire::profinet::blocks::connect::{ArType, RtClass};
+use wire::profinet::blocks::module_diff::{
+    ArInfo, IdentInfo, ModuleDiff, ModuleDiffBlock, ModuleState, SubmoduleState,
+};
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::rt::FrameId;
 use wire::profinet::status::{ErrorCode, PnioStatus};
@@ -78,7 +80,8 @@ pub fn connection(
     let persona = at.persona.as_deref();
     let expects = persona.map_or(ExpectedSubmodules::AccessPoint, |persona| persona.expects);
     let access_point = device.submodules.iter().enumerate().filter(|(_, submodule)| submodule.slot == 0);
-    let access_point = access_point.filter(|_| expects != ExpectedSubmodules::Module);
+    let leaves_out = start.instead.iter().any(|instead| matches!(instead, StartDeviation::NoAccessPoint));
+    let access_point = access_point.filter(|_| expects != ExpectedSubmodules::Module && !leaves_out);
     let of_module = module.submodules.iter().map(|&index| (index, &device.submodules[index]));
     for (index, submodule) in access_point.chain(of_module) {
         let mut expected = ConnectSubmodule {
@@ -104,7 +107,8 @@ pub fn connection(
         }
         submodules.push(expected);
     }
-    if expects == ExpectedSubmodules::InterfaceAndPorts {
+    let adds_network = start.instead.iter().any(|instead| matches!(instead, StartDeviation::NetworkExpected));
+    if expects == ExpectedSubmodules::InterfaceAndPorts || adds_network {
         let head = submodules.iter().position(|submodule| submodule.slot != 0).unwrap_or(submodules.len());
         let module_ident = submodules.first().filter(|first| first.slot == 0).map(|first| first.module_ident);
         let network = device.profinet().map_or(&[][..], |facts| &facts.network).iter().filter_map(
@@ -159,6 +163,11 @@ pub fn connection(
             }
             StartDeviation::LittleEndian => connection.little_endian = true,
             StartDeviation::NoAddress => connection.gives_address = false,
+            StartDeviation::SupervisorAccess => {
+                (connection.ar_type, connection.device_access) = (ArType::IOSAR, true);
+                connection.submodules.clear();
+                connection.records.clear();
+            }
             // Slot 0 has its own module, so the same subslot may occur there twice.
             StartDeviation::Slot(_) => connection.unchecked = true,
             _ => {}
@@ -323,7 +332,12 @@ fn module_state(diff: &ModuleDiffBlock, slot: u16, subslot: u16) -> &'static str
 }
 
 fn submodule_state(state: SubmoduleState) -> &'static str {
+    let is_of_other = matches!(
+        state.ar_info(),
+        ArInfo::SUPERORDINATED_LOCKED | ArInfo::LOCKED_BY_CONTROLLER | ArInfo::LOCKED_BY_SUPERVISOR
+    );
     match state.ident_info() {
+        IdentInfo::OK | IdentInfo::SUBSTITUTE if state.format_indicator() && is_of_other => "locked",
         IdentInfo::OK => "proper",
         IdentInfo::SUBSTITUTE => "substitute",
         IdentInfo::NO_SUBMODULE => "missing",

@@ -300,6 +300,12 @@ pub enum StartDeviation {
     ConnectField(String, u64),
     /// Wait before the end of the parameters.
     ParameterPause(Duration),
+    /// Do not expect the submodule of slot 0.
+    NoAccessPoint,
+    /// Expect the submodules of the interface and the ports as well.
+    NetworkExpected,
+    /// The connection of a supervisor for records only.
+    SupervisorAccess,
     /// PROFIBUS: do not send Set_Prm.
     NoSetPrm,
     /// The whole Set_Prm.

@@ -4,7 +4,8 @@ use super::{Ability, BenchNeed, ClaimedFeature, Consent, LONG};
 use crate::device::{Changed, NameKind, Origin, SignalForm, StandName, StationName};
 use crate::model::{
     AccessChannel, AcyclicAccess, AcyclicService, Condition, ConnectionStart, DpService, HoldTime, Manual, Matcher,
-    PartTest, RequestDeviation, SetValue, Setting, SuiteVariant, TimeSpan, Trial, TrialStep, Turn, TurnAngle, Verb,
+    PartTest, RequestDeviation, SetValue, Setting, StartDeviation, SuiteVariant, TimeSpan, Trial, TrialStep, Turn,
+    TurnAngle, Verb,
 };
 use crate::scan::observed_names;
 use expression::{NameId, Program, Value};
@@ -199,6 +200,9 @@ impl<'a> Scan<'a> {
             self.add(BenchNeed::Claim(ClaimedFeature::Module(module.name.clone())));
         }
         device.records.iter().filter(|record| record.start).for_each(|record| self.add_claim(&record.name));
+        if start.instead.contains(&StartDeviation::SupervisorAccess) {
+            self.add(BenchNeed::Consent(Consent::Alone));
+        }
         if start.isochronous.is_some() {
             self.add(BenchNeed::BitTiming);
         }

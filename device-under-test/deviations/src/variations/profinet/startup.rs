@@ -4,14 +4,16 @@ use super::state::{blocks_in_order, changed_blocks, changed_contents, refuse};
 use crate::needs::Need;
 use crate::tables::Group;
 use alloc::vec::Vec;
+use device_stack::profinet::StackCheck;
 use reference_devices::manuals::PROFINET_IO;
+use wire::profinet::alarm::AlarmType;
 use wire::profinet::blocks::connect::ConnectContent;
 use wire::profinet::status::{AbortReason, CmrpcError};
 
 /// The variations, by what they need.
 pub static GROUPS: &[Group] = &[
     Group {
-        // Only this suite connects a second controller.
+        // Only this suite connects a second controller or supervisor, and has modules that are pulled.
         needs: &[Need::Of(&PROFINET_IO)],
         deviations: permitted! {
             "second-refused-cr-resources" "A connection too many is refused for lack of providers and consumers."
@@ -20,6 +22,20 @@ pub static GROUPS: &[Group] = &[
             "second-refused-memory" "A connection too many is refused for lack of memory."
                 "IEC 61158-6-10, ErrorCode2 of CMRPC: out of AR, CR or memory, whichever is exhausted first"
                 => |d| d.stack.answer(|header, status, _| refuse(header, status, CmrpcError::OUT_OF_MEMORY));
+            "more-supervisors" "The device accepts four supervisors at the same time."
+                "GSDML, NumberOfDeviceAccessAR: how many there can be at least"
+                => |d| d.stack.check(|check, right| match check {
+                    StackCheck::ConnectionLimit { is_exchange: false, others } => others < 4,
+                    _ => right,
+                });
+            "pull-names-the-module" "The alarm of a pulled module has subslot 0."
+                "IEC 61158-6-10, AlarmType, Pull: subslot 0 is the module with all of its submodules"
+                => |d| d.stack.alarm(|alarm, is_sent| {
+                    if alarm.alarm_type == AlarmType::PULL {
+                        alarm.subslot = 0;
+                    }
+                    is_sent
+                });
         },
     },
     Group {

@@ -10,7 +10,6 @@ use super::super::rpc::RpcCall;
 use super::super::stack::{Stack, StackEnv};
 use super::check::{self, ConnectPlan, ExchangePlan};
 use super::{CmAnswer, cmrpc};
-use crate::profinet::ArKey;
 use alloc::vec::Vec;
 use wire::ethernet::Mac;
 use wire::profinet::blocks::RawBlock;
@@ -21,12 +20,6 @@ use wire::profinet::blocks::connect::{
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::rpc;
 use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, PnioStatus};
-
-/// Number of connections with cyclic data that the device supports.
-const EXCHANGE_CONNECTIONS: usize = 1;
-
-/// Number of connections for records only that the device supports in addition.
-const ACCESS_CONNECTIONS: usize = 2;
 
 /// UDP port for cyclic data over UDP, which this device does not support.
 const UDP_RT_PORT: u16 = 0x8892;
@@ -41,7 +34,7 @@ impl Stack {
     ) -> Result<CmAnswer, PnioStatus> {
         let plan = check::connect(blocks, &self.plugged, &self.hooks)?;
         self.end_replaced_connections(env, &plan);
-        if !self.has_free_connection(&plan) {
+        if !self.has_free_connection(env, &plan) {
             return Err(cmrpc(ErrorCode::CONNECT_RESPONSE, CmrpcError::OUT_OF_AR_RESOURCES));
         }
         let key = self.retained.next_key();
@@ -58,6 +51,10 @@ impl Stack {
             peer_port: plan.rpc_port.unwrap_or(rpc::PORT),
             phase: ArPhase::Access,
             expected: Vec::new(),
+            owned: Vec::new(),
+            plugs: Vec::new(),
+            ready_plugs: Vec::new(),
+            calls: 0,
             difference: None,
             exchange: None,
             call: None,
@@ -78,8 +75,8 @@ impl Stack {
         Ok(CmAnswer::done(answer.to_vec()))
     }
 
-    /// Ends the connection of the same UUID. If no connection with cyclic data is free, also ends the one that the
-    /// controller of `plan` still has.
+    /// Ends the connection of the same UUID. If no connection with cyclic data is free, or if the controller of `plan`
+    /// still has a connection with one of the same submodules, also ends that one.
     ///
     /// A controller that connects again has dropped its old connection. The device would notice that only when the
     /// data hold time expires, and would refuse the controller until then without need.
@@ -88,11 +85,13 @@ impl Stack {
         if let Some(at) = self.ars.iter().position(|ar| gives_way(ar.request.ar_uuid == plan.ar.ar_uuid)) {
             self.abort(env, at, AbortReason::RE_RUN);
         }
-        if plan.exchange.is_none() || self.has_free_connection(plan) {
-            return;
-        }
+        let Some(exchange) = &plan.exchange else { return };
+        let is_free = self.has_free_connection(env, plan);
         let controller = plan.ar.cm_initiator_mac_add;
-        let is_old = |ar: &DeviceAr| ar.exchange.is_some() && ar.request.cm_initiator_mac_add == controller;
+        let is_old = |ar: &DeviceAr| {
+            let is_same = exchange.expected.iter().any(|submodule| ar.owns(submodule.place));
+            ar.exchange.is_some() && ar.request.cm_initiator_mac_add == controller && (is_same || !is_free)
+        };
         let gives_way = |is_old| self.hooks.check(StackCheck::ReplacesConnection, is_old);
         if let Some(at) = self.ars.iter().position(|ar| gives_way(is_old(ar))) {
             self.abort(env, at, AbortReason::RE_RUN);
@@ -100,10 +99,10 @@ impl Stack {
     }
 
     /// Whether a connection of the kind of `plan` is free.
-    fn has_free_connection(&self, plan: &ConnectPlan) -> bool {
+    fn has_free_connection(&self, env: &StackEnv<'_>, plan: &ConnectPlan) -> bool {
         let is_exchange = plan.exchange.is_some();
         let others = self.ars.iter().filter(|ar| ar.exchange.is_some() == is_exchange).count();
-        let most = if is_exchange { EXCHANGE_CONNECTIONS } else { ACCESS_CONNECTIONS };
+        let most = if is_exchange { env.application.controllers() } else { env.application.supervisors() };
         self.hooks.check(StackCheck::ConnectionLimit { is_exchange, others }, others < most)
     }
 
@@ -116,10 +115,13 @@ impl Stack {
 
     /// Opens cyclic data and alarms of `ar` and appends their blocks to the answer.
     fn open_exchange(&mut self, env: &mut StackEnv<'_>, ar: &mut DeviceAr, plan: &ExchangePlan, answer: &mut Connect) {
-        let fitting = self.plugged.adapt(&plan.expected);
+        let (locked, free): (Vec<_>, Vec<_>) =
+            plan.expected.iter().copied().partition(|submodule| self.is_owned(submodule.place));
+        let fitting = self.plugged.adapt(&free);
         ar.phase = ArPhase::Parameters;
         ar.expected = plan.expected.clone();
-        ar.difference = self.difference(&plan.expected);
+        ar.owned = free.into_iter().filter(|submodule| self.plugged.knows(submodule)).collect();
+        ar.difference = self.difference(&plan.expected, &locked);
         let Stack { ars, plugged, .. } = self;
         for ar in ars.iter_mut().chain([&mut *ar]) {
             ar.differs = plugged.differs(&ar.expected);
@@ -136,7 +138,7 @@ impl Stack {
             );
         }
         let macs = (ar.request.cm_initiator_mac_add, self.retained.mac);
-        let exchange = self.exchange(env, ar.key, macs, plan);
+        let exchange = self.exchange(env, ar, macs, plan);
         if let Some(exchange) = &exchange {
             answer.blocks.push(ConnectContent::AlarmCrRes(exchange.alarms.response()).into());
         }
@@ -146,10 +148,14 @@ impl Stack {
         }
     }
 
-    /// The ModuleDiffBlock for `expected`, after the hooks.
-    fn difference(&self, expected: &[ExpectedSubmoduleData]) -> Option<ModuleDiffBlock> {
-        self.hooks.apply(self.plugged.difference(expected), |hooks, mut differing| {
-            hooks.difference(&self.plugged.comparison(expected), &mut differing);
+    /// The ModuleDiffBlock for `expected`, of which another connection owns those in `locked`, after the hooks.
+    fn difference(
+        &self,
+        expected: &[ExpectedSubmoduleData],
+        locked: &[ExpectedSubmoduleData],
+    ) -> Option<ModuleDiffBlock> {
+        self.hooks.apply(self.plugged.difference(expected, locked), |hooks, mut differing| {
+            hooks.difference(&self.plugged.comparison(expected, locked), &mut differing);
             differing
         })
     }
@@ -162,19 +168,20 @@ impl Stack {
         }
     }
 
-    fn exchange(&self, env: &StackEnv<'_>, key: ArKey, macs: (Mac, Mac), plan: &ExchangePlan) -> Option<ArExchange> {
+    fn exchange(&self, env: &StackEnv<'_>, ar: &DeviceAr, macs: (Mac, Mac), plan: &ExchangePlan) -> Option<ArExchange> {
         let iocr = |kind| plan.iocrs.iter().find(|iocr| iocr.iocr_type == kind);
         let (inputs, outputs) = (iocr(IocrType::INPUT)?, iocr(IocrType::OUTPUT)?);
-        let is_plugged = |submodule: &ExpectedSubmoduleData| self.plugged.fitting(submodule).is_some();
-        let reference = self.hooks.apply(key.0 as u16, |hooks, reference| hooks.alarm_reference(reference));
+        let is_usable =
+            |submodule: &ExpectedSubmoduleData| self.plugged.fitting(submodule).is_some() && ar.owns(submodule.place);
+        let reference = self.hooks.apply(ar.key.0 as u16, |hooks, reference| hooks.alarm_reference(reference));
         Some(ArExchange {
-            provider: InputProvider::new(env.now, macs, inputs, &plan.expected, is_plugged, self.hooks.clone()),
+            provider: InputProvider::new(env.now, macs, inputs, &plan.expected, is_usable, self.hooks.clone()),
             consumer: OutputConsumer::new(
                 macs.0,
                 self.frame_id(outputs),
                 outputs,
                 &plan.expected,
-                is_plugged,
+                is_usable,
                 self.hooks.clone(),
             ),
             alarms: AlarmEndpoint::new(macs, reference, &plan.alarm_cr, self.hooks.clone()),

@@ -44,15 +44,20 @@ fn read(code: ErrorCode, kind: BlockType, finder: ErrorSource, blocks: &[u8]) ->
 }
 
 impl Stack {
-    /// Control: this device accepts only PrmEnd after Connect.
+    /// Control: this device accepts PrmEnd after Connect, and PrmEnd for a submodule that was plugged or released.
     pub(super) fn control(
         &mut self,
         env: &mut StackEnv<'_>,
         _: &RpcCall,
         blocks: &[u8],
     ) -> Result<CmAnswer, PnioStatus> {
-        let (code, finder) = (ErrorCode::CONTROL_RESPONSE, ErrorSource::CONTROL_BLOCK);
-        let block = read(code, BlockType::PRM_END_REQ, finder, blocks)?;
+        let code = ErrorCode::CONTROL_RESPONSE;
+        let is_plug = blocks.starts_with(&BlockType::PLUG_PRM_END_REQ.0.to_be_bytes());
+        let (kind, finder) = match is_plug {
+            true => (BlockType::PLUG_PRM_END_REQ, ErrorSource::CONTROL_BLOCK_PLUG),
+            false => (BlockType::PRM_END_REQ, ErrorSource::CONTROL_BLOCK),
+        };
+        let block = read(code, kind, finder, blocks)?;
         let at = self.find(code, block.ar_uuid)?;
         let ar = &mut self.ars[at];
         if block.session_key != ar.request.session_key {
@@ -60,6 +65,9 @@ impl Stack {
         }
         if block.control_command != ControlCommand::PRM_END {
             return Err(PnioStatus::found(code, finder, COMMAND));
+        }
+        if is_plug {
+            return self.end_plug_parameters(env, at, &block);
         }
         if !ar.step(env.now, StartUpEvent::ParametersEnded) {
             return Err(cmrpc(code, CmrpcError::STATE_CONFLICT));
@@ -90,14 +98,35 @@ impl Stack {
     }
 }
 
-/// The ApplicationReady call to the initiator of `ar`, with headers in `order`.
-pub(in super::super) fn application_ready(now: Time, mac: Mac, ar: &DeviceAr, order: ByteOrder) -> OutgoingCall {
+/// The ApplicationReady call to the initiator of `ar`, with headers in `order`. With the sequence number of a plug alarm
+/// it is about the submodule of that alarm, otherwise about the whole connection.
+pub(in super::super) fn application_ready(
+    now: Time,
+    mac: Mac,
+    ar: &mut DeviceAr,
+    plug: Option<u16>,
+    order: ByteOrder,
+) -> OutgoingCall {
     let interface = match ar.request.ar_type {
         ArType::IOSAR => Uuid::SUPERVISOR_INTERFACE,
         _ => Uuid::CONTROLLER_INTERFACE,
     };
-    let mut blocks = ControlBlocks::from(ControlBlock::application_ready(ar.request.ar_uuid, ar.request.session_key));
-    blocks.more.extend(ar.difference.as_ref().and_then(connect::raw));
+    let mut block = ControlBlock::application_ready(ar.request.ar_uuid, ar.request.session_key);
+    if let Some(sequence) = plug {
+        block.header.kind = BlockType::PLUG_APPLICATION_READY_REQ;
+        block.alarm_sequence_number = sequence;
+    }
+    let mut blocks = ControlBlocks::from(block);
+    blocks.more.extend(ar.difference.as_ref().filter(|_| plug.is_none()).and_then(connect::raw));
     let to = SocketAddrV4::new(ar.peer, ar.peer_port);
-    OutgoingCall::control(now, (mac, ar.key), to, (interface, ar.request.cm_initiator_object_uuid), &blocks, order)
+    let sequence = ar.calls;
+    ar.calls = ar.calls.wrapping_add(1);
+    OutgoingCall::control(
+        now,
+        (mac, ar.key, sequence),
+        to,
+        (interface, ar.request.cm_initiator_object_uuid),
+        &blocks,
+        order,
+    )
 }

@@ -16,13 +16,13 @@ use wire::profinet::rpc::{NdrRequest, NdrResponse, Opnum, RejectStatus, Uuid};
 use wire::profinet::status::{CmrpcError, ErrorCode, ErrorSource, PnioStatus};
 
 /// The result of an operation.
-struct CmAnswer {
+pub(super) struct CmAnswer {
     status: PnioStatus,
     blocks: Vec<u8>,
 }
 
 impl CmAnswer {
-    fn done(blocks: Vec<u8>) -> CmAnswer {
+    pub(super) fn done(blocks: Vec<u8>) -> CmAnswer {
         CmAnswer { status: PnioStatus::OK, blocks }
     }
 }
@@ -34,7 +34,7 @@ impl From<PnioStatus> for CmAnswer {
 }
 
 /// A status of the CMRPC layer.
-const fn cmrpc(code: ErrorCode, error: CmrpcError) -> PnioStatus {
+pub(super) const fn cmrpc(code: ErrorCode, error: CmrpcError) -> PnioStatus {
     PnioStatus::found(code, ErrorSource::CMRPC, error.0)
 }
 

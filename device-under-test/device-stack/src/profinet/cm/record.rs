@@ -1,6 +1,7 @@
 //! Read, ReadImplicit, Write and write multiple.
 
 use super::super::hooks::StackCheck;
+use super::super::plugged::SubmoduleAddress;
 use super::super::rpc::RpcCall;
 use super::super::stack::{Stack, StackEnv};
 use super::CmAnswer;
@@ -12,7 +13,7 @@ use wire::profinet::blocks::record::{
 };
 use wire::profinet::blocks::{BlockType, RawBlock};
 use wire::profinet::rpc::{NdrRequest, Uuid};
-use wire::profinet::status::{ErrorCode, ErrorSource, PnioStatus};
+use wire::profinet::status::{ErrorCode, ErrorSource, PnioStatus, RecordError};
 
 /// Length of a record block after its version, in bytes.
 const BODY: usize = 58;
@@ -92,7 +93,11 @@ impl Stack {
     ) -> Result<CmAnswer, PnioStatus> {
         let key = about.filter(|_| is_within).map(|at| self.ars[at].key);
         let access = RecordAccess { ar: key, ..access(&request.header) };
-        let (status, mut data) = match self.read_record(env, access, about) {
+        let place = SubmoduleAddress { api: access.api, slot: access.slot, subslot: access.subslot };
+        let is_of_other = about.is_some_and(|at| self.is_of_other(at, place));
+        let may_read = !is_of_other || self.hooks.check(StackCheck::ReadsOfOthers, true);
+        let result = if may_read { self.read_record(env, access, about) } else { Err(RecordError::ACCESS_DENIED) };
+        let (status, mut data) = match result {
             Ok(data) => (PnioStatus::OK, data),
             Err(error) => (PnioStatus::record(ErrorCode::READ_RESPONSE, error), Vec::new()),
         };
@@ -141,6 +146,9 @@ impl Stack {
 
     fn write_one(&mut self, env: &mut StackEnv<'_>, at: usize, request: &WriteRequest) -> PnioStatus {
         let access = RecordAccess { ar: Some(self.ars[at].key), ..access(&request.header) };
+        if self.is_write_of_other(at, access) {
+            return PnioStatus::record(ErrorCode::WRITE_RESPONSE, RecordError::ACCESS_DENIED);
+        }
         match self.write_record(env, access, &request.data) {
             Ok(()) => PnioStatus::OK,
             Err(error) => PnioStatus::record(ErrorCode::WRITE_RESPONSE, error),

@@ -3,6 +3,7 @@
 use super::super::hooks::{AttachedStackHooks, StackCheck};
 use super::super::plugged::{ExpectedSubmoduleData, SubmoduleAddress};
 use super::interval;
+use super::output::OutputOffset;
 use crate::profinet::IoApplication;
 use alloc::vec::Vec;
 use station::{Duration, Time};
@@ -23,40 +24,32 @@ pub(in super::super) struct OutputConsumer {
     counter: Option<u16>,
 }
 
-/// The position of the data of a submodule in the frame. Its IOPS follows them.
-#[derive(Clone, Copy, Debug)]
-struct OutputOffset {
-    slot: u16,
-    subslot: u16,
-    at: usize,
-    octets: usize,
-    was_good: bool,
-}
-
 impl OutputConsumer {
     /// A cycle counter that is less than this number of steps back belongs to an old frame.
     const OLD: u16 = 4096;
 
-    /// A consumer for frames from `source` with `frame_id`, laid out as `iocr` says. Ignores outputs of empty subslots.
+    /// A consumer for frames from `source` with `frame_id`, laid out as `iocr` says. It ignores the outputs of a submodule that
+    /// is not plugged or that another connection owns.
     pub(in super::super) fn new(
         source: Mac,
         frame_id: u16,
         iocr: &IocrBlockReq,
         expected: &[ExpectedSubmoduleData],
-        is_plugged: impl Fn(&ExpectedSubmoduleData) -> bool,
+        is_usable: impl Fn(&ExpectedSubmoduleData) -> bool,
         hooks: AttachedStackHooks,
     ) -> OutputConsumer {
         let mut outputs = Vec::new();
         for api in &iocr.apis {
             for object in &api.io_data_objects {
                 let place = SubmoduleAddress { api: api.api, slot: object.slot_number, subslot: object.subslot_number };
-                let submodule = expected.iter().find(|submodule| submodule.place == place && is_plugged(submodule));
+                let submodule = expected.iter().find(|submodule| submodule.place == place);
                 if let Some(submodule) = submodule {
                     outputs.push(OutputOffset {
                         slot: place.slot,
                         subslot: place.subslot,
                         at: object.frame_offset.into(),
                         octets: submodule.output_octets.into(),
+                        is_usable: is_usable(submodule),
                         was_good: false,
                     });
                 }
@@ -115,7 +108,7 @@ impl OutputConsumer {
         for output in outputs {
             let end = output.at + output.octets;
             let status = frame.data.get(end).copied().map_or(IoxS::BAD, IoxS);
-            let is_good = hooks.check(StackCheck::ProviderStatus(status), status.is_good());
+            let is_good = hooks.check(StackCheck::ProviderStatus(status), status.is_good()) && output.is_usable;
             let data = frame.data.get(output.at..end).filter(|_| counts && is_good);
             if data.is_some() || output.was_good {
                 output.deliver(now, application, data, hooks);
@@ -123,6 +116,20 @@ impl OutputConsumer {
             output.was_good = data.is_some();
         }
         true
+    }
+
+    /// Says whether the submodule at this slot and subslot can receive outputs. Outputs that end are reported.
+    pub(in super::super) fn set_usable(
+        &mut self,
+        now: Time,
+        place: (u16, u16),
+        is_usable: bool,
+        application: &mut dyn IoApplication,
+    ) {
+        let OutputConsumer { outputs, hooks, .. } = self;
+        for output in outputs.iter_mut().filter(|output| (output.slot, output.subslot) == place) {
+            output.set_usable(now, is_usable, application, hooks);
+        }
     }
 
     /// Reports to the application that the outputs have ended.
@@ -133,18 +140,5 @@ impl OutputConsumer {
             output.was_good = false;
             output.deliver(now, application, None, hooks);
         }
-    }
-}
-
-impl OutputOffset {
-    fn deliver(&self, now: Time, application: &mut dyn IoApplication, data: Option<&[u8]>, hooks: &AttachedStackHooks) {
-        if !hooks.is_any() {
-            return application.outputs(now, self.slot, self.subslot, data);
-        }
-        let data = hooks.apply(data.map(<[u8]>::to_vec), |hooks, mut data| {
-            hooks.outputs(self.slot, self.subslot, &mut data);
-            data
-        });
-        application.outputs(now, self.slot, self.subslot, data.as_deref());
     }
 }

@@ -3,6 +3,8 @@
 //! Both store the offset of each submodule in its frame, as agreed in Connect, and allocate nothing per frame.
 
 mod consumer;
+mod input;
+mod output;
 mod provider;
 
 pub(super) use consumer::OutputConsumer;

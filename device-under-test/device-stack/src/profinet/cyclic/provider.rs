@@ -1,8 +1,9 @@
 //! The cyclic frames that the device sends.
 
-use super::super::hooks::AttachedStackHooks;
+use super::super::hooks::{AttachedStackHooks, StackCheck};
 use super::super::plugged::{ExpectedSubmoduleData, SubmoduleAddress};
 use super::super::stack::StackEnv;
+use super::input::{InputOffset, IocsOffset};
 use super::{CLOCK, interval, put, status};
 use alloc::vec::Vec;
 use station::{Duration, Time};
@@ -22,23 +23,6 @@ pub(in super::super) struct InputProvider {
     hooks: AttachedStackHooks,
 }
 
-/// The position of the data of a submodule in the frame. Its IOPS follows them.
-#[derive(Clone, Copy, Debug)]
-struct InputOffset {
-    slot: u16,
-    subslot: u16,
-    at: usize,
-    octets: usize,
-    is_plugged: bool,
-}
-
-/// The position of the IOCS of a submodule in the frame.
-#[derive(Clone, Copy, Debug)]
-struct IocsOffset {
-    at: usize,
-    is_plugged: bool,
-}
-
 /// The state that determines the status bytes of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) struct ProviderState {
@@ -53,13 +37,13 @@ pub(in super::super) struct ProviderState {
 impl InputProvider {
     /// A provider that sends frames to `destination`, laid out as `iocr` says, from the next cycle after `now` on.
     ///
-    /// `is_plugged` says whether an expected submodule is plugged. `iocr` must have been checked against `expected`.
+    /// `is_usable` says whether an expected submodule is plugged and owned by the connection. `iocr` must have been checked against `expected`.
     pub(in super::super) fn new(
         now: Time,
         (destination, source): (Mac, Mac),
         iocr: &IocrBlockReq,
         expected: &[ExpectedSubmoduleData],
-        is_plugged: impl Fn(&ExpectedSubmoduleData) -> bool,
+        is_usable: impl Fn(&ExpectedSubmoduleData) -> bool,
         hooks: AttachedStackHooks,
     ) -> InputProvider {
         let tag = Vlan { protocol: EtherType::VLAN, control: iocr.iocr_tag_header };
@@ -91,14 +75,16 @@ impl InputProvider {
                     subslot: object.subslot_number,
                     at: data_at + usize::from(object.frame_offset),
                     octets: submodule.input_octets.into(),
-                    is_plugged: is_plugged(submodule),
+                    is_usable: is_usable(submodule),
                 });
             }
             for object in &api.iocs {
                 let Some(submodule) = find(object.slot_number, object.subslot_number) else { continue };
                 provider.consumer_status.push(IocsOffset {
+                    slot: object.slot_number,
+                    subslot: object.subslot_number,
                     at: data_at + usize::from(object.frame_offset),
-                    is_plugged: is_plugged(submodule),
+                    is_usable: is_usable(submodule),
                 });
             }
         }
@@ -110,6 +96,16 @@ impl InputProvider {
 
     fn cycle_nanos(&self) -> u64 {
         (self.interval.as_nanos() as u64).max(1)
+    }
+
+    /// Says whether the submodule at this slot and subslot can have good data.
+    pub(in super::super) fn set_usable(&mut self, place: (u16, u16), is_usable: bool) {
+        for input in self.inputs.iter_mut().filter(|input| (input.slot, input.subslot) == place) {
+            input.is_usable = is_usable;
+        }
+        for outputs in self.consumer_status.iter_mut().filter(|outputs| (outputs.slot, outputs.subslot) == place) {
+            outputs.is_usable = is_usable;
+        }
     }
 
     /// When the next frame is due.
@@ -133,12 +129,13 @@ impl InputProvider {
         for input in inputs.iter() {
             let end = input.at + input.octets;
             let Some(data) = frame.get_mut(input.at..end) else { continue };
-            let is_good = input.is_plugged
+            let is_good = hooks.check(StackCheck::Usable(input.slot, input.subslot), input.is_usable)
                 && (data.is_empty() || env.application.inputs(env.now, input.slot, input.subslot, data));
             put(frame, end, status(is_good && state.inputs_are_ready));
         }
         for outputs in consumer_status.iter() {
-            put(frame, outputs.at, status(outputs.is_plugged && state.takes_outputs));
+            let is_usable = hooks.check(StackCheck::Consumes(outputs.slot, outputs.subslot), outputs.is_usable);
+            put(frame, outputs.at, status(is_usable && state.takes_outputs));
         }
         let [high, low] = ((sent_at.as_nanos() / CLOCK.as_nanos() as u64) as u16).to_be_bytes();
         let problem = if state.has_problem { DataStatus::NO_PROBLEM } else { 0 };

@@ -43,10 +43,11 @@ impl OutgoingCall {
     /// Longest answer that the device accepts, in bytes of blocks.
     const LONGEST_ANSWER: usize = 4096;
 
-    /// A Control call with `blocks` to `interface` and `object` of the station at `to`, with headers in `order`.
+    /// A Control call with `blocks` to `interface` and `object` of the station at `to`, with headers in `order`. It is
+    /// call `sequence` of the connection `key`.
     pub(in super::super) fn control(
         now: Time,
-        (mac, key): (Mac, ArKey),
+        (mac, key, sequence): (Mac, ArKey, u32),
         to: SocketAddrV4,
         (interface, object): (Uuid, Uuid),
         blocks: &ControlBlocks,
@@ -61,6 +62,7 @@ impl OutgoingCall {
             // A UUID of version 1 from the number of the connection and the address of the device.
             activity: Uuid([k0, k1, k2, k3, 0, 0, 0x10, 0, 0x80, 0, m0, m1, m2, m3, m4, m5]),
             opnum: Opnum::CONTROL,
+            sequence,
             ..RpcHeader::new(PacketType::REQUEST, order)
         };
         let body = NdrRequest::body(order, OutgoingCall::LONGEST_ANSWER as u32, &blocks.to_vec());

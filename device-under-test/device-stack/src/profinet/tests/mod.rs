@@ -14,6 +14,7 @@ mod hooks;
 mod neighbours;
 mod personas;
 mod phases;
+mod plugs;
 mod records;
 mod refusals;
 mod requirements;

@@ -1,7 +1,7 @@
 //! A minimal application: it stores one record and the last outputs.
 
 use crate::profinet::{
-    ArKey, DiagnosisChange, DiagnosisSeverity, IoApplication, IoIdentity, PluggableSubmodule, RecordAccess,
+    ArKey, DiagnosisChange, DiagnosisSeverity, IoApplication, IoIdentity, PlugChange, PluggableSubmodule, RecordAccess,
     RecordRefusal, ResetScope, StackStatus, StationData, SubmoduleDiagnosis,
 };
 use alloc::collections::VecDeque;
@@ -16,6 +16,7 @@ pub struct ToyIoApplication {
     pub stored: StationData,
     pub record: Vec<u8>,
     pub changes: VecDeque<DiagnosisChange>,
+    pub plug_changes: VecDeque<PlugChange>,
     pub good: bool,
     pub preparation: Duration,
     pub log: Vec<String>,
@@ -82,6 +83,7 @@ impl ToyIoApplication {
             },
             record: alloc::vec![1, 2, 3, 4],
             changes: VecDeque::new(),
+            plug_changes: VecDeque::new(),
             good: true,
             preparation: Duration::from_millis(5),
             log: Vec::new(),
@@ -182,6 +184,9 @@ impl IoApplication for ToyIoApplication {
     }
     fn next_diagnosis(&mut self) -> Option<DiagnosisChange> {
         self.changes.pop_front()
+    }
+    fn next_plug(&mut self) -> Option<PlugChange> {
+        self.plug_changes.pop_front()
     }
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
         match action {
