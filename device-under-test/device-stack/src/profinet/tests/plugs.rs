@@ -85,3 +85,36 @@ fn a_wrong_submodule_is_reported() {
     assert_ne!(plug_end(&mut bench, 0), PnioStatus::OK);
     bench.check_with_tshark();
 }
+
+/// The application reports its own idents, and a deviation may have given the device others.
+#[cfg(feature = "deviations")]
+#[test]
+fn a_submodule_with_other_idents_is_recognized_when_it_is_plugged() {
+    use super::toy::ToyIoApplication;
+    use crate::attached::Attached;
+    use crate::profinet::StackHooks;
+    use crate::profinet::plugged::{PluggedConfiguration, SubmoduleAddress};
+    use alloc::rc::Rc;
+    use core::cell::RefCell;
+
+    struct OtherIdents;
+
+    impl StackHooks for OtherIdents {
+        fn plugs(&mut self, plugs: &mut Vec<PluggableSubmodule>) {
+            plugs.iter_mut().for_each(|plug| plug.submodule_ident += 0x1000);
+        }
+    }
+
+    let toy = ToyIoApplication::new();
+    let hooks: Attached<dyn StackHooks> = Attached::new(Rc::new(RefCell::new(OtherIdents)));
+    let mut plugged = PluggedConfiguration::new(&toy.plugs, &toy.identity, &hooks);
+    let plug = toy.plugs[3];
+    let place = SubmoduleAddress::from(&plug);
+    plugged.pull(place);
+    assert_eq!(plugged.at(place), None);
+    let as_plugged = PluggableSubmodule { submodule_ident: plug.submodule_ident + 0x1000, ..plug };
+    assert_eq!(plugged.plug(plug), (as_plugged, true));
+    assert_eq!(plugged.at(place), Some(&as_plugged));
+    let wrong = PluggableSubmodule { submodule_ident: 0x7777, ..plug };
+    assert_eq!(plugged.plug(wrong), (wrong, false));
+}
