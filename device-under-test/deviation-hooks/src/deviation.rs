@@ -36,3 +36,16 @@ pub struct Group {
     /// The deviations.
     pub deviations: &'static [Deviation],
 }
+
+/// Defines bugs, one per line: `"name" "Sentence." => |d| attach;`.
+#[macro_export]
+macro_rules! bugs {
+    ($($name:literal $sentence:literal => |$deviations:ident| $attach:expr;)*) => {
+        &[$($crate::Deviation {
+            name: $name,
+            sentence: $sentence,
+            kind: $crate::DeviationKind::Bug,
+            attach: |$deviations: &mut $crate::seams::Deviations| { $attach; },
+        }),*]
+    };
+}

@@ -58,7 +58,7 @@ fn recorded(turning: usize) -> Vec<u8> {
             inputs[6..10].copy_from_slice(&position.to_be_bytes());
             inputs[10..14].copy_from_slice(&position.to_be_bytes());
             // The sign of life of the encoder, 1 to 15.
-            inputs[2] = (1 + cycle % 15 << 4) as u8;
+            inputs[2] = ((1 + cycle % 15) << 4) as u8;
             for by_device in [false, true] {
                 let data = if by_device { &inputs[..] } else { &[] };
                 let mut frame = handmade::cyclic(by_device, (cycle as u16).wrapping_mul(64), data);

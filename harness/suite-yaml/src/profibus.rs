@@ -11,7 +11,7 @@ use super::yaml::Node;
 use controllers::profibus_dp::DamagedDpFrame;
 use expression::Type;
 use std::time::Duration;
-use suite::model::{AcyclicService, DpService, StartDeviation};
+use suite::model::{AcyclicService, AlarmToAcknowledge, DpService, StartDeviation};
 use wire::profibus::call::FunctionIndex;
 use wire::profibus::fdl::BaudRate;
 use wire::profibus::global_control::GlobalCommand;
@@ -67,9 +67,11 @@ impl StepScope<'_, '_> {
             },
             "alarm_ack" => DpService::AlarmAck {
                 own_access_point: fields.get("own_access_point").map_or(Ok(false), |node| self.bit(node))?,
-                slot: self.value(field("slot")?, &Type::whole(8, false))?,
-                alarm_type: self.value(field("alarm_type")?, &Type::whole(8, false))?,
-                specifier: self.value(field("specifier")?, &Type::whole(8, false))?,
+                alarm: Box::new(AlarmToAcknowledge {
+                    slot: self.value(field("slot")?, &Type::whole(8, false))?,
+                    alarm_type: self.value(field("alarm_type")?, &Type::whole(8, false))?,
+                    specifier: self.value(field("specifier")?, &Type::whole(8, false))?,
+                }),
             },
             "im_read" | "ms2_im_read" => {
                 let record = field("record")?;

@@ -3,7 +3,6 @@
 use super::Group;
 use super::cyclic_state::{KeptTrigger, RestedTrigger};
 use super::presets::absolute_beyond_the_range;
-use super::slave_state::ZeroInputsInClear;
 use crate::needs::Need;
 use crate::seams::Deviations;
 use alloc::collections::VecDeque;
@@ -21,6 +20,7 @@ use encoder_profile::profidrive::telegram::{OutputValues, OutputWord, SignalImag
 use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::A3m60State;
 use reference_devices::models::sick_a3m60::hooks::{A3m60Event, A3m60Hooks, A3m60Memory};
+use slave_bugs::slave_state::ZeroInputsInClear;
 use station::Time;
 
 /// The bugs, by what they need.

@@ -5,18 +5,6 @@
 
 pub use deviation_hooks::{Deviation, DeviationKind, Group};
 
-/// Defines bugs, one per line: `"name" "Sentence." => |d| attach;`.
-macro_rules! bugs {
-    ($($name:literal $sentence:literal => |$deviations:ident| $attach:expr;)*) => {
-        &[$($crate::tables::Deviation {
-            name: $name,
-            sentence: $sentence,
-            kind: $crate::tables::DeviationKind::Bug,
-            attach: |$deviations: &mut $crate::seams::Deviations| { $attach; },
-        }),*]
-    };
-}
-
 pub mod afx60_controls;
 pub mod afx60_leds;
 pub mod amt58;
@@ -28,13 +16,9 @@ pub mod dcp_options;
 mod dcp_options_state;
 pub mod diagnosis;
 mod diagnosis_state;
-pub mod dp_alarms;
-mod dp_alarms_state;
 pub mod dp_diagnosis;
 pub mod dp_encoder;
 pub mod dp_presets;
-pub mod dp_slave;
-pub mod dp_slave_state;
 pub mod dp_station;
 pub mod frame_status;
 mod frame_status_state;
@@ -64,8 +48,6 @@ pub mod shared_slots;
 mod shared_slots_state;
 pub mod signal_image;
 pub mod signals;
-pub mod slave;
-pub mod slave_state;
 pub mod snmp;
 mod snmp_state;
 pub mod stack;
@@ -89,11 +71,11 @@ pub static GROUPS: &[&[Group]] = &[
     connect_fields::GROUPS,
     dcp_options::GROUPS,
     diagnosis::GROUPS,
-    dp_alarms::GROUPS,
+    slave_bugs::dp_alarms::GROUPS,
     dp_diagnosis::GROUPS,
     dp_encoder::GROUPS,
     dp_presets::GROUPS,
-    dp_slave::GROUPS,
+    slave_bugs::dp_slave::GROUPS,
     dp_station::GROUPS,
     frame_status::GROUPS,
     handshakes::GROUPS,
@@ -118,7 +100,7 @@ pub static GROUPS: &[&[Group]] = &[
     set_prm::GROUPS,
     shared_slots::GROUPS,
     signals::GROUPS,
-    slave::GROUPS,
+    slave_bugs::slave::GROUPS,
     snmp::GROUPS,
     stack::GROUPS,
     stack_data::GROUPS,

@@ -16,6 +16,11 @@ impl<T> Default for LastCycles<T> {
 }
 
 impl<T> LastCycles<T> {
+    /// For data that are old by this number of cycles.
+    pub fn of(cycles: usize) -> LastCycles<T> {
+        LastCycles { cycles, ..LastCycles::default() }
+    }
+
     /// Takes in the value of a cycle; returns that of `cycles` before, or the oldest one there is.
     pub fn oldest_with(&mut self, value: T) -> Option<&T> {
         self.values.push_back(value);

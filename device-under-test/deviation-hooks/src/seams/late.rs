@@ -103,8 +103,10 @@ pub struct LateFrames {
     added: Vec<Addition>,
     to_send: Vec<DelayedFrame>,
     to_receive: Vec<DelayedFrame>,
-    /// The inputs of the last cycles.
-    inputs: LastCycles<Vec<u8>>,
+    /// How old the inputs are, in cycles.
+    inputs_old: usize,
+    /// The inputs of the last cycles, by destination and FrameID.
+    inputs: Vec<(Vec<u8>, LastCycles<Vec<u8>>)>,
 }
 
 impl LateFrames {
@@ -125,21 +127,28 @@ impl LateFrames {
 
     /// Sends inputs that are this many cycles old, with the cycle counter and the status of the frame itself.
     pub fn inputs(&mut self, cycles: usize) {
-        self.inputs.cycles = cycles;
+        self.inputs_old = cycles;
     }
 
     /// Whether there are no rules.
     pub fn is_empty(&self) -> bool {
-        self.sent.is_empty() && self.received.is_empty() && self.added.is_empty() && self.inputs.cycles == 0
+        self.sent.is_empty() && self.received.is_empty() && self.added.is_empty() && self.inputs_old == 0
     }
 
     /// Replaces the inputs of a cyclic frame by older ones.
     fn send_old_inputs(&mut self, frame: &mut [u8]) {
-        let Some(at) = cyclic(frame).filter(|_| self.inputs.cycles > 0) else { return };
+        let Some(at) = cyclic(frame).filter(|_| self.inputs_old > 0) else { return };
         let Some(end) = frame.len().checked_sub(ApduStatus::LENGTH).filter(|end| *end >= at + 2) else { return };
         let now = frame[at + 2..end].to_vec();
-        self.inputs.retain(|before| before.len() == now.len());
-        if let Some(old) = self.inputs.oldest_with(now) {
+        let stream = [&frame[..6], &frame[at..at + 2]].concat();
+        let known = self.inputs.iter().position(|(known, _)| *known == stream);
+        let place = known.unwrap_or(self.inputs.len());
+        if known.is_none() {
+            self.inputs.push((stream, LastCycles::of(self.inputs_old)));
+        }
+        let Some((_, inputs)) = self.inputs.get_mut(place) else { return };
+        inputs.retain(|before| before.len() == now.len());
+        if let Some(old) = inputs.oldest_with(now) {
             frame[at + 2..end].copy_from_slice(old);
         }
     }

@@ -35,7 +35,7 @@ pub(super) struct PortParameters {
     check: Option<Vec<u8>>,
     adjust: Option<Vec<u8>>,
     /// The expected neighbour: its port and its station.
-    peer: Option<(Vec<u8>, Vec<u8>)>,
+    peer: Option<ExpectedPeer>,
     domain_boundary: u32,
     /// The diagnosis that is pending because of the neighbour.
     mismatch: Option<SubmoduleDiagnosis>,
@@ -65,8 +65,11 @@ fn text(reader: &mut ByteReader<'_>) -> Result<Vec<u8>, RecordError> {
     Ok(reader.take(length.into()).map_err(invalid)?.to_vec())
 }
 
+/// Port and station of a neighbour that the controller expects.
+type ExpectedPeer = (Vec<u8>, Vec<u8>);
+
 /// The first expected neighbour of CheckPeers.
-fn expected_peer(body: &[u8]) -> Result<Option<(Vec<u8>, Vec<u8>)>, RecordError> {
+fn expected_peer(body: &[u8]) -> Result<Option<ExpectedPeer>, RecordError> {
     let mut reader = ByteReader::new("CheckPeers", body);
     match reader.u8() {
         Ok(0) => Ok(None),

@@ -259,6 +259,10 @@ impl<'w> OverlayBuilder<'w> {
         let module = &mut self.device.modules[index];
         if used.is_empty() {
             module.ident_origin = Origin::Description;
+            // Nothing uses the ident of the module, which is that of its slot if it has only one.
+            if let Some(ident) = unanimous(idents.submodules.iter().map(|(_, ident, _)| Some(*ident))) {
+                module.take_ident(ident);
+            }
             return;
         }
         match unanimous(used.into_iter().map(Some)) {

@@ -83,9 +83,7 @@ Exit status: 0 all green, 1 at least one result is red, 2 an error on the comman
 #[derive(Debug, Subcommand)]
 enum CliCommand {
     /// Run cases and rules against a device
-    #[command(
-        after_help = "Example: encspec run --dut bench.yaml lika-xac77-profinet/parking --report html=report.html"
-    )]
+    #[command(after_help = "Example: encspec run --dut bench.yaml parking --report html=report.html")]
     Run(run::RunArgs),
     /// Compare two runs: what newly fails, newly passes, or has another reason
     Diff(diff::DiffArgs),
@@ -96,28 +94,28 @@ enum CliCommand {
     /// Find what no case names: draw sequences, compare the device with its reference device, and write each difference as a case
     Explore(explore::ExploreArgs),
     /// List cases and rules
-    #[command(after_help = "Example: encspec list XAC77-PRK")]
+    #[command(after_help = "Example: encspec list parking")]
     List(list::ListArgs),
     /// Show how much of each manual the cases and rules cover
-    #[command(after_help = "Example: encspec coverage sick-a3m60-profibus")]
+    #[command(after_help = "Example: encspec coverage MANUAL")]
     Coverage(CoverageArgs),
     /// Measure whether a failure names the requirement that is broken
-    #[command(after_help = "Example: encspec attribution lika-xac77-profinet --bug speed-without-sign")]
+    #[command(after_help = "Example: encspec attribution MANUAL --bug speed-without-sign")]
     Attribution(AttributionArgs),
     /// List the bugs that the reference devices can have, and the requirements that each bug breaks
-    #[command(after_help = "Example: encspec bugs lika-xac77-profinet preset")]
+    #[command(after_help = "Example: encspec bugs MANUAL preset")]
     Bugs(BugsArgs),
     /// List the variations that the manuals permit; no case may fail because of one
-    #[command(after_help = "Example: encspec variations sick-a3m60-profibus")]
+    #[command(after_help = "Example: encspec variations MANUAL")]
     Variations(ListingArgs),
     /// List the personas: other IO controllers that encspec can act like
     #[command(after_help = "Example: encspec personas")]
     Personas(personas::PersonasArgs),
     /// List where the manuals contradict themselves and what they leave open
-    #[command(after_help = "Example: encspec errata kuebler-sendix58xx-profinet")]
+    #[command(after_help = "Example: encspec errata MANUAL")]
     Errata(ListingArgs),
     /// Explain a requirement, case, rule, bug or protocol check
-    #[command(after_help = "Example: encspec explain XAC77-PRK-004")]
+    #[command(after_help = "Example: encspec explain parking/stays-parked")]
     Explain(ExplainArgs),
     /// Check suites for errors and list unused definitions
     #[command(after_help = "Example: encspec check suites/my-encoder")]
@@ -137,18 +135,16 @@ enum CliCommand {
     #[command(after_help = "Example: encspec record field.pcapng --serial /dev/ttyUSB0 --baud 1500000 --duration 60")]
     Record(record::RecordArgs),
     /// Serve a reference device on a network interface, a socket or a serial line
-    #[command(after_help = "Example: encspec serve model:lika-xac77-profinet/xac7718 --nic veth1 --control stand")]
+    #[command(after_help = "Example: encspec serve model:MANUAL/VARIANT --nic veth1 --control stand")]
     Serve(serve::ServeArgs),
     /// Send a command to the control channel of a served device: power, shaft, faults
     #[command(after_help = "Example: encspec control stand shaft speed 60")]
     Control(control::ControlArgs),
     /// Print the contents of a GSDML file (PROFINET), and compare it with a manual
-    #[command(
-        after_help = "Example: encspec gsdml GSDML-V2.43-Vendor-Encoder-20260101.xml --device lika-xac77-profinet/xac7718"
-    )]
+    #[command(after_help = "Example: encspec gsdml GSDML-V2.43-Vendor-Encoder-20260101.xml --device MANUAL/VARIANT")]
     Gsdml(gsdml::GsdmlArgs),
     /// Print the contents of a GSD file (PROFIBUS), and compare it with a manual
-    #[command(after_help = "Example: encspec gsd ENCODER.GSD --device sick-a3m60-profibus/a3m60")]
+    #[command(after_help = "Example: encspec gsd ENCODER.GSD --device MANUAL/VARIANT")]
     Gsd(gsd::GsdArgs),
     /// Check whether this host can test a live device, and name what fixes it
     Doctor(doctor::DoctorArgs),

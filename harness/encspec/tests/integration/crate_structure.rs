@@ -27,6 +27,7 @@ const ORDER: &[&str] = &[
     "device-under-test/encoder-profile",
     "device-under-test/reference-devices",
     "device-under-test/deviation-hooks",
+    "device-under-test/slave-bugs",
     "device-under-test/bugs",
     "device-under-test/deviations",
     "harness/engine",

@@ -195,13 +195,15 @@ impl<'a> RunningTrial<'a> {
             DpService::Write { slot, index, bytes } => {
                 MasterRequest::Write { to, slot: *slot, index: *index, data: bytes.clone() }
             }
-            DpService::AlarmAck { own_access_point, slot, alarm_type, specifier } => MasterRequest::AcknowledgeAlarm {
+            DpService::AlarmAck { own_access_point, alarm } => MasterRequest::AcknowledgeAlarm {
                 to,
                 own_access_point: *own_access_point,
-                slot: self.octet_of(slot, "The slot of the alarm is unknown: no diagnosis with an alarm was read.")?,
-                alarm_type: self.octet_of(alarm_type, "The type of the alarm is unknown: no diagnosis was read.")?,
+                slot: self
+                    .octet_of(&alarm.slot, "The slot of the alarm is unknown: no diagnosis with an alarm was read.")?,
+                alarm_type: self
+                    .octet_of(&alarm.alarm_type, "The type of the alarm is unknown: no diagnosis was read.")?,
                 specifier: Specifier(
-                    self.octet_of(specifier, "The specifier is unknown: no diagnosis with an alarm was read.")?,
+                    self.octet_of(&alarm.specifier, "The specifier is unknown: no diagnosis with an alarm was read.")?,
                 ),
             },
             DpService::ImRead { slot, number, class_2 } => {

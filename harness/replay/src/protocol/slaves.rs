@@ -285,6 +285,8 @@ impl PolledSlaves {
         // The pause that has not ended yet may be the longest.
         let open = slave.asked.and_then(|before| now.since(before)).map(|pause| (pause, now.frame));
         let longest = slave.pause.into_iter().chain(open).max();
+        // No master asks twice at the same time: the capture has no clock.
+        let is_timeless = slave.watchdog.is_some() && longest.is_some_and(|(pause, _)| pause.is_zero());
         let mut finding = match (slave.watchdog, longest) {
             _ if slave.outputs.is_some_and(|octets| octets != configured) => {
                 let text = format!(
@@ -328,6 +330,9 @@ impl PolledSlaves {
             // The lost frames may contain the cause, for instance other parameters.
             finding.blame_capture();
             finding.text.push_str("; the capture lost frames before it");
+        } else if is_timeless && finding.blame == CaptureBlame::Device {
+            finding.blame_capture();
+            finding.text.push_str("; the capture has no clock, so the pauses of its master are unknown");
         }
         findings.add(on_bus(finding, ar));
     }

@@ -13,8 +13,8 @@ pub use condition::{
 };
 pub use reach::Reach;
 pub use request::{
-    AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AnswerMatcher, Code, DpService, IdentifyTarget,
-    RecordPlace, RequestDeviation, RpcService, SnmpService, SoughtStation,
+    AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AlarmToAcknowledge, AnswerMatcher, Code, DpService,
+    IdentifyTarget, RecordPlace, RequestDeviation, RpcService, SnmpService, SoughtStation,
 };
 pub use steps::{Steps, TrialSteps};
 

@@ -245,6 +245,14 @@ pub struct SnmpService {
     pub is_message: bool,
 }
 
+/// The alarm that an Alarm_Ack names, each part a byte.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct AlarmToAcknowledge {
+    pub slot: Program,
+    pub alarm_type: Program,
+    pub specifier: Program,
+}
+
 /// A service of PROFIBUS, sent once and unchanged.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum DpService {
@@ -298,7 +306,7 @@ pub enum DpService {
     /// DS_Write over MS1.
     Write { slot: u8, index: u8, bytes: Vec<u8> },
     /// Alarm_Ack over MS1, to access point 50 where `own_access_point`, else to 51.
-    AlarmAck { own_access_point: bool, slot: Program, alarm_type: Program, specifier: Program },
+    AlarmAck { own_access_point: bool, alarm: Box<AlarmToAcknowledge> },
     /// CALL of I&M`number`, over MS1 or MS2.
     ImRead { slot: u8, number: u8, class_2: bool },
     /// Initiate: opens the MS2 connection of the master.

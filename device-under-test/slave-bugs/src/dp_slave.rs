@@ -176,7 +176,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.slave.add(ChangedOutputs(|octets| if octets.len() > 1 { octets.swap(0, 1) }));
         "outputs-kept-without-data" "A Data_Exchange without outputs keeps the former ones in spite of Fail_Safe."
             => |d| d.slave.add(OutputsWithoutData::default());
-        "polls-in-a-millisecond-missed" "Of polls that are less than 2 ms apart only the first is answered."
+        "polls-in-a-millisecond-missed" "After 500 polls that are less than 2 ms apart no such poll is answered."
             => |d| d.slave.add(SlowPolls::default());
         "diagnosis-fetched-by-anybody" "A Slave_Diag of any master ends the announcement of a diagnosis."
             => |d| d.slave.add(Replaced::new(|session, frame, service| {

@@ -48,6 +48,10 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| d.slave.add(ChangedAlarms::new(|alarm| alarm.specifier = alarm.specifier & 0x07 | 7 << 3));
         "alarms-without-a-change" "The specifier of a diagnosis alarm does not say whether the fault comes or goes."
             => |d| d.slave.add(ChangedAlarms::new(|alarm| alarm.specifier &= !3));
+        "going-faults-called-coming" "The specifier of the alarm of a fault that goes says that it comes."
+            => |d| d.slave.add(ChangedAlarms::new(|alarm| if alarm.specifier & 3 == 2 {
+                alarm.specifier -= 1;
+            }));
         "others-forgotten-in-alarms" "A fault that goes while others remain is an alarm that says that the slot is good."
             => |d| d.slave.add(ChangedAlarms::new(|alarm| if alarm.specifier & 3 == 3 {
                 alarm.specifier &= !1;
@@ -55,6 +59,10 @@ pub static GROUPS: &[Group] = &[Group {
         "pull-as-plug" "A pull alarm has the type of a plug alarm."
             => |d| d.slave.add(ChangedAlarms::new(|alarm| if alarm.kind == DpAlarmType::PULL.0 {
                 alarm.kind = DpAlarmType::PLUG.0;
+            }));
+        "plug-as-pull" "A plug alarm has the type of a pull alarm."
+            => |d| d.slave.add(ChangedAlarms::new(|alarm| if alarm.kind == DpAlarmType::PLUG.0 {
+                alarm.kind = DpAlarmType::PULL.0;
             }));
         "alarms-survive-start" "An alarm that was not acknowledged is sent in the next connection too."
             => |d| d.slave.add(AlarmsOfBefore::default());
@@ -159,7 +167,7 @@ fn always_enabled(d: &mut Deviations, which: Dpv1Status2) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tables::dp_alarms_state::AlarmHead;
+    use crate::dp_alarms_state::AlarmHead;
 
     #[test]
     fn an_alarm_is_found_before_other_blocks() {

@@ -10,7 +10,7 @@ mod toy;
 use self::bench::{ObservedAnswer, SlaveBench};
 use self::toy::{CFG, PRM, ToySlaveApplication, bench};
 use crate::seams::Deviations;
-use crate::tables::slave::GROUPS;
+use crate::slave::GROUPS;
 use core::time::Duration;
 use device_stack::profibus::DpDevice;
 use rstest::rstest;

@@ -29,15 +29,16 @@ pub struct AlarmHead {
 /// The alarm of the slave, which is the first block of its diagnosis.
 pub fn alarm_of(blocks: &[u8]) -> Option<AlarmHead> {
     match *blocks {
-        [HEADER, kind @ ..0x80, slot, specifier, ..] => Some(AlarmHead { kind, slot, specifier }),
+        // Data of the user may follow.
+        [HEADER..=0x3F, kind @ ..0x80, slot, specifier, ..] => Some(AlarmHead { kind, slot, specifier }),
         _ => None,
     }
 }
 
 /// Removes the alarm from the blocks of a diagnosis.
 pub fn without_alarm(blocks: &mut Vec<u8>) {
-    if alarm_of(blocks).is_some() {
-        blocks.drain(..usize::from(HEADER));
+    if let (Some(_), Some(length)) = (alarm_of(blocks), blocks.first().copied()) {
+        blocks.drain(..usize::from(length).min(blocks.len()));
     }
 }
 
