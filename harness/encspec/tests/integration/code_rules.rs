@@ -155,12 +155,16 @@ fn crates_without_io_are_no_std() {
 }
 
 /// The device crates from bottom to top, each with its allowed dependencies beside `station` and `wire`.
-const DEVICES: [(&str, &[&str]); 6] = [
+const DEVICES: [(&str, &[&str]); 7] = [
     ("device-under-test/device-stack", &["smoltcp"]),
     ("device-under-test/encoder-profile", &["device-stack"]),
     ("device-under-test/reference-devices", &["device-stack", "encoder-profile"]),
     ("device-under-test/deviation-hooks", &["device-stack", "encoder-profile", "reference-devices"]),
-    ("device-under-test/bugs", &["deviation-hooks", "device-stack", "encoder-profile", "reference-devices"]),
+    ("device-under-test/slave-bugs", &["deviation-hooks", "device-stack", "reference-devices"]),
+    (
+        "device-under-test/bugs",
+        &["deviation-hooks", "device-stack", "encoder-profile", "reference-devices", "slave-bugs"],
+    ),
     (
         "device-under-test/deviations",
         &["bugs", "deviation-hooks", "device-stack", "encoder-profile", "reference-devices", "thiserror"],

@@ -65,7 +65,7 @@ const NOT_OURS: &[(&str, &str, &str)] = &[
     ("suites/sick-a3m60-profibus/isochronous.yaml", "1500 cycles", "signs of life count in cycles"),
     ("suites/sick-a3m60-profibus/parking.yaml", "100 cycles", "the sign of life of the device counts in cycles"),
     ("suites/sick-a3m60-profibus/signals.yaml", "100 cycles", "the sign of life of the device counts in cycles"),
-    ("suites/common/protocol-cyclic.yaml", "3ms", "frames of a stranger come in several phases of the cycle"),
+    ("suites/common/protocol-cyclic.yaml", "3ms", "frames of another station come in several phases of the cycle"),
     ("suites/common/protocol-plug.yaml", "1s", "half of the pause before the parameters that the case sets"),
     ("suites/common/protocol-snmp.yaml", "1s", "sysUpTime counts hundredths of a second"),
     ("suites/common/protocol-snmp.yaml", "25s", "longer than the time to live of the announcement that the case sends"),
