@@ -9,10 +9,13 @@ const RANDOM: &str = "random:";
 /// One in this many variations is in a random combination.
 const ONE_IN: u64 = 3;
 /// Variations of which a device has one at most: each says something else about the same thing, or one hides all that the other shows.
-const ALTERNATIVES: [&[&str]; 2] = [
+const ALTERNATIVES: [&[&str]; 5] = [
     &["firmware-of-two-digits", "firmware-of-a-prototype"],
     // What is shown in one frame is lost with it.
+    &["preset-bit-ends-with-the-preset", "input-frames-lost"],
     &["preset-bit-ends-with-the-preset", "input-frames-lost-in-a-row"],
+    &["acknowledgement-answered-in-one-frame", "input-frames-lost"],
+    &["acknowledgement-answered-in-one-frame", "input-frames-lost-in-a-row"],
 ];
 
 impl Subject {
