@@ -45,15 +45,15 @@ const BUGS: &[Deviation] = bugs! {
     "snmp-neighbour-missing" "The neighbour is not in LLDP-MIB." => |d| lacks(&mut d.stack, LLDP_REMOTE);
     "snmp-neighbour-kept" "The neighbour stays in LLDP-MIB when its announcement is no longer valid."
         => |d| d.stack.add(KeepsNeighbour::default());
-    "snmp-description-empty" "sysDescr is empty." => |d| is(&mut d.stack, &[SYSTEM, &[1]], MibValue::Octets(Vec::new()));
-    "snmp-object-id-zero" "sysObjectID is 0.0." => |d| is(&mut d.stack, &[SYSTEM, &[2]], MibValue::Name(Vec::from([0, 0])));
-    "snmp-up-time-as-counter" "sysUpTime is a counter." => |d| is(&mut d.stack, &[SYSTEM, &[3]], MibValue::Counter(1));
-    "snmp-up-time-frozen" "sysUpTime does not advance." => |d| is(&mut d.stack, &[SYSTEM, &[3]], MibValue::Ticks(1));
-    "snmp-services-as-gauge" "sysServices is a gauge." => |d| is(&mut d.stack, &[SYSTEM, &[7]], MibValue::Gauge(78));
-    "snmp-texts-as-numbers" "sysContact, sysName and sysLocation are numbers." => |d| [4, 5, 6].into_iter().for_each(|number| {
+    "snmp-description-empty" "The object sysDescr is empty." => |d| is(&mut d.stack, &[SYSTEM, &[1]], MibValue::Octets(Vec::new()));
+    "snmp-object-id-zero" "The object sysObjectID is 0.0." => |d| is(&mut d.stack, &[SYSTEM, &[2]], MibValue::Name(Vec::from([0, 0])));
+    "snmp-up-time-as-counter" "The object sysUpTime is a counter." => |d| is(&mut d.stack, &[SYSTEM, &[3]], MibValue::Counter(1));
+    "snmp-up-time-frozen" "The object sysUpTime does not advance." => |d| is(&mut d.stack, &[SYSTEM, &[3]], MibValue::Ticks(1));
+    "snmp-services-as-gauge" "The object sysServices is a gauge." => |d| is(&mut d.stack, &[SYSTEM, &[7]], MibValue::Gauge(78));
+    "snmp-texts-as-numbers" "The objects sysContact, sysName and sysLocation are numbers." => |d| [4, 5, 6].into_iter().for_each(|number| {
         is(&mut d.stack, &[SYSTEM, &[number]], MibValue::Integer(0));
     });
-    "snmp-no-interfaces" "ifNumber is 0." => |d| is(&mut d.stack, &[INTERFACES, &[1]], MibValue::Integer(0));
+    "snmp-no-interfaces" "The object ifNumber is 0." => |d| is(&mut d.stack, &[INTERFACES, &[1]], MibValue::Integer(0));
     "snmp-interfaces-of-other-types" "The values of the interfaces are TimeTicks."
         => |d| is(&mut d.stack, &[INTERFACES, &[2]], MibValue::Ticks(1));
     "snmp-stops-after-damage" "After a message that cannot be read the agent answers no more."
@@ -61,19 +61,19 @@ const BUGS: &[Deviation] = bugs! {
     "snmp-traffic-as-integer" "The counters of octets are INTEGER." => |d| [10, 16].into_iter().for_each(|column| {
         is(&mut d.stack, &[INTERFACES, &[2, 1, column]], MibValue::Integer(7));
     });
-    "snmp-chassis-of-another-subtype" "lldpLocChassisIdSubtype is networkAddress(5)."
+    "snmp-chassis-of-another-subtype" "The object lldpLocChassisIdSubtype is networkAddress(5)."
         => |d| is(&mut d.stack, &[LLDP, &[3, 1]], MibValue::Integer(5));
-    "snmp-chassis-empty" "lldpLocChassisId is empty." => |d| is(&mut d.stack, &[LLDP, &[3, 2]], MibValue::Octets(Vec::new()));
-    "snmp-ports-by-interface-name" "lldpLocPortId is the name of the interface in the operating system."
+    "snmp-chassis-empty" "The object lldpLocChassisId is empty." => |d| is(&mut d.stack, &[LLDP, &[3, 2]], MibValue::Octets(Vec::new()));
+    "snmp-ports-by-interface-name" "The object lldpLocPortId is the name of the interface in the operating system."
         => |d| is(&mut d.stack, &[LLDP_LOCAL_PORT, &[1, 3]], MibValue::Octets(Vec::from(*b"eth0")));
-    "snmp-port-of-another-subtype" "lldpLocPortIdSubtype is interfaceName(5)."
+    "snmp-port-of-another-subtype" "The object lldpLocPortIdSubtype is interfaceName(5)."
         => |d| is(&mut d.stack, &[LLDP_LOCAL_PORT, &[1, 2]], MibValue::Integer(5));
-    "snmp-interval-of-30-s" "lldpMessageTxInterval is 30 s." => |d| is(&mut d.stack, &[LLDP, &[1, 1]], MibValue::Integer(30));
+    "snmp-interval-of-30-s" "The object lldpMessageTxInterval is 30 s." => |d| is(&mut d.stack, &[LLDP, &[1, 1]], MibValue::Integer(30));
     "snmp-neighbour-of-another-port" "The neighbour in LLDP-MIB has another port."
         => |d| is(&mut d.stack, &[LLDP_REMOTE, &[1, 1, 7]], MibValue::Octets(Vec::from(*b"port-001")));
     "snmp-neighbour-of-another-name" "The neighbour in LLDP-MIB has another chassis ID."
         => |d| is(&mut d.stack, &[LLDP_REMOTE, &[1, 1, 5]], MibValue::Octets(Vec::from(*b"another")));
-    "snmp-station-name-missing" "lldpXPnoLocPortNoS is empty."
+    "snmp-station-name-missing" "The object lldpXPnoLocPortNoS is empty."
         => |d| is(&mut d.stack, &[LLDP_PNO, &[3791, 1, 2, 1, 1, 6]], MibValue::Octets(Vec::new()));
     "snmp-another-request-id" "A response has another request ID." => |d| d.stack.snmp_answer(|answer| answer.request_id ^= 1);
     "snmp-v1-exceptions" "SNMPv1 has the exceptions of SNMPv2." => |d| d.stack.snmp_answer(|answer| {
