@@ -421,7 +421,11 @@ fn a_journal_is_closed_with_a_reason() {
     run.wait().expect("its end");
     let closed = bench.call(&["bench", "restore", "--close", "the encoder was replaced"]);
     assert_eq!(closed.status, Some(0), "{}", closed.all());
-    assert!(closed.out.contains("closed, and nothing was restored of: temporary_ip, set_name"), "{}", closed.all());
+    assert!(
+        closed.out.contains("closed, and nothing was restored of: power_cycle, temporary_ip, set_name"),
+        "{}",
+        closed.all()
+    );
     assert_eq!(
         journal(&bench).last().map(String::as_str),
         Some("{\"closed\":{\"reason\":\"the encoder was replaced\"}}")
