@@ -24,16 +24,13 @@ const USAGE: &str = "usage: mutants CHECKOUT WORK [--sample N] [--seed N] [--sec
   WORK         a folder for the changed copy and the results; results that are there are kept, so a run can go on
   --sample     how many of the changes that a case reaches are tried (all without it)
   --seed       which ones
-  --seconds    when no further change is begun, from the start of the program, but not before half a minute of trying
+  --seconds    when no further change is begun, from the start of trying
   --processes  how many changes are tried at a time (2 without it)
   --only       only changes whose description has this text, a file or a function for instance
   --again      tries again what had this outcome: survived, inconclusive, ...; may be given more than once
   --quick      each case on one variant only: some survivors would be killed on another
   --afresh     forgets the results of earlier runs
   --strict     tries only what survivors.txt does not name, and fails if more than one in a hundred is not killed";
-
-/// How long changes are tried if the build has taken all of the time.
-const LEAST: Duration = Duration::from_secs(30);
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -136,7 +133,7 @@ fn run() -> Result<bool, Failure> {
     let earlier = outcomes(&results);
     let is_known = |what: &String| earlier.get(what).is_some_and(|outcome| !arguments.again.contains(&word(outcome)));
     let open: Vec<u32> = numbers.iter().copied().filter(|number| !is_known(&tree.changes[number])).collect();
-    let end = begin.checked_add(Duration::from_secs(arguments.seconds)).map(|end| end.max(Instant::now() + LEAST));
+    let end = Instant::now().checked_add(Duration::from_secs(arguments.seconds));
     let is_time = || end.is_none_or(|end| Instant::now() < end);
     let start = || Runner::start(&tree.runner(), &suites, &reach, arguments.is_quick);
     tried(arguments.processes, &open, &tree.changes, &results, is_time, start)?;

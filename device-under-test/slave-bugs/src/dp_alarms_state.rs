@@ -1,10 +1,12 @@
 //! Bugs of the alarms of the generic DP slave that have state.
 
+use super::slave_state::change_diagnosis;
 use crate::seams::slave::{diagnosis_response, frame, request, with_data};
 use alloc::vec;
 use alloc::vec::Vec;
 use device_stack::profibus::{SlaveApplication, SlaveHooks};
 use station::StandAction;
+use wire::profibus::diag::SlaveDiag;
 use wire::profibus::dpv1::Dpv1Function;
 use wire::profibus::fdl::{AnswerFunction, DataFrame, FunctionCode, StationType};
 use wire::profibus::prm::SetPrm;
@@ -68,15 +70,6 @@ fn alarm_ack(telegram: &[u8]) -> Option<(DataFrame<'_>, AlarmHead)> {
     Some((frame, acknowledged(frame.data, Dpv1Function::ALARM_ACK)?))
 }
 
-/// Changes the blocks of a diagnosis that is sent.
-fn change_blocks(telegram: &mut Vec<u8>, change: impl FnOnce(&mut Vec<u8>)) {
-    let Some((frame, mut diagnosis)) = diagnosis_response(telegram) else { return };
-    change(&mut diagnosis.ext);
-    let mut data = Vec::new();
-    diagnosis.write(&mut data);
-    *telegram = with_data(&frame, &data);
-}
-
 /// Replaces the response to an Alarm_Ack.
 fn answer_ack(telegram: &mut Vec<u8>, answer: impl FnOnce(&[u8]) -> Option<[u8; 4]>) {
     let Some(frame) = frame(telegram).filter(|frame| !frame.fc.is_request()) else { return };
@@ -111,7 +104,7 @@ impl SlaveHooks for ChangedAlarms {
     }
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        change_blocks(telegram, |blocks| {
+        change_diagnosis(telegram, |SlaveDiag { ext: blocks, .. }| {
             let Some(real) = alarm_of(blocks) else { return };
             let mut alarm = real;
             (self.change)(&mut alarm);
@@ -199,7 +192,7 @@ impl SlaveHooks for AlarmsOfBefore {
     }
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        change_blocks(telegram, |blocks| match (alarm_of(blocks), self.open) {
+        change_diagnosis(telegram, |SlaveDiag { ext: blocks, .. }| match (alarm_of(blocks), self.open) {
             (Some(alarm), _) => self.open = Some(alarm),
             (None, Some(open)) => replace_alarm(blocks, open),
             (None, None) => {}
@@ -236,7 +229,7 @@ impl SlaveHooks for WaitingAlarmsLost {
     }
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        change_blocks(telegram, |blocks| {
+        change_diagnosis(telegram, |SlaveDiag { ext: blocks, .. }| {
             if self.is_type_mode && alarm_of(blocks).is_some_and(|alarm| self.acknowledged == Some(alarm.kind)) {
                 without_alarm(blocks);
             }
@@ -262,7 +255,7 @@ impl SlaveHooks for FirstAlarmOnly {
     }
 
     fn sent_telegram(&mut self, _: &dyn SlaveApplication, telegram: &mut Vec<u8>) {
-        change_blocks(telegram, |blocks| {
+        change_diagnosis(telegram, |SlaveDiag { ext: blocks, .. }| {
             if let Some(alarm) = alarm_of(blocks) {
                 let first = *self.open.get_or_insert(alarm);
                 replace_alarm(blocks, first);

@@ -13,7 +13,7 @@ use alloc::rc::Rc;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::cell::Cell;
-use device_stack::profibus::SlaveStackCheck;
+use device_stack::profibus::{SlaveHooks, SlaveStackCheck};
 use reference_devices::manuals;
 use reference_devices::models::generic_slave::CONFIGURATIONS;
 use wire::profibus::diag::{SlaveDiag, Status1, Status2, Status3};
@@ -99,11 +99,7 @@ pub static GROUPS: &[Group] = &[Group {
         "first-watchdog-factor-only" "The second watchdog factor is ignored."
             => |d| d.slave.set_prm(|prm| prm.wd_fact_2 = prm.wd_fact_2.min(1));
         "watchdog-fed-by-anybody" "A Slave_Diag of any master restarts the watchdog."
-            => |d| d.slave.add(Replaced::new(|session, frame, service| {
-                let is_foreign = service == SapService::Slave(SlaveSap::SLAVE_DIAG) && session.owner() != Some(frame.sa);
-                let fed = asked_by_owner(session, frame.da, SlaveSap::GET_CFG).filter(|_| is_foreign)?;
-                Some(vec![fed, with_data(frame, frame.data)])
-            }));
+            => |d| d.slave.add(asked_before_others(SlaveSap::GET_CFG));
         "outputs-kept-after-the-watchdog" "After a new start-up the former outputs stay in force until others than 0 come."
             => |d| d.slave.add(OutputsOfBefore::default());
 
@@ -150,9 +146,7 @@ pub static GROUPS: &[Group] = &[Group {
                 is_refused.then(|| vec![to_access_point(frame, UNUSED)])
             }));
         "get-cfg-without-identifiers" "Get_Cfg is answered without identifiers."
-            => |d| d.slave.answer(|telegram| if let Some(frame) = frame(telegram) && frame.source.sap == Some(SlaveSap::GET_CFG.0) {
-                *telegram = with_data(&frame, &[]);
-            });
+            => |d| d.slave.get_cfg(Vec::clear);
         "get-cfg-for-its-master-only" "Get_Cfg of another master is refused in data exchange."
             => |d| d.slave.add(Replaced::new(|session, frame, service| {
                 let is_foreign = session.owner().is_some_and(|owner| owner != frame.sa);
@@ -179,11 +173,7 @@ pub static GROUPS: &[Group] = &[Group {
         "polls-in-a-millisecond-missed" "After 500 polls that are less than 2 ms apart no such poll is answered."
             => |d| d.slave.add(SlowPolls::default());
         "diagnosis-fetched-by-anybody" "A Slave_Diag of any master ends the announcement of a diagnosis."
-            => |d| d.slave.add(Replaced::new(|session, frame, service| {
-                let is_foreign = service == SapService::Slave(SlaveSap::SLAVE_DIAG) && session.owner() != Some(frame.sa);
-                let fetched = asked_by_owner(session, frame.da, SlaveSap::SLAVE_DIAG).filter(|_| is_foreign)?;
-                Some(vec![fetched, with_data(frame, frame.data)])
-            }));
+            => |d| d.slave.add(asked_before_others(SlaveSap::SLAVE_DIAG));
         "exchange-ends-by-itself" "After 700 cycles the slave leaves data exchange."
             => |d| {
                 let mut cycles = 0;
@@ -411,6 +401,15 @@ fn instead(data: &mut Vec<u8>, is_taken: impl Fn(&[u8]) -> bool) -> bool {
         *data = CONFIGURATIONS[0].to_vec();
     }
     true
+}
+
+/// Before each Slave_Diag of another master the owner asks at `point`.
+fn asked_before_others(point: SlaveSap) -> impl SlaveHooks {
+    Replaced::new(move |session, frame, service| {
+        let is_foreign = service == SapService::Slave(SlaveSap::SLAVE_DIAG) && session.owner() != Some(frame.sa);
+        let asked = asked_by_owner(session, frame.da, point).filter(|_| is_foreign)?;
+        Some(vec![asked, with_data(frame, frame.data)])
+    })
 }
 
 fn is_service(telegram: &[u8], of: SlaveSap) -> bool {

@@ -97,12 +97,12 @@ fn move_start_parameters(device: &mut DeviceDescription, layout: &StartLayout, i
 /// Adds start records that only a description has, with their defaults, to the start-up of each module with their submodule.
 fn add_start_records(device: &mut DeviceDescription, records: &[VendorRecord]) {
     for record in records {
-        let is_there = |of: &suite::device::DeviceSubmodule| (of.slot, of.subslot) == (record.slot, record.subslot);
-        for at in (0..device.submodules.len()).filter(|at| is_there(&device.submodules[*at])).collect::<Vec<_>>() {
+        let submodules = device.submodules.iter().enumerate();
+        for (at, of) in submodules.filter(|(_, of)| (of.slot, of.subslot) == (record.slot, record.subslot)) {
             let modules = device.modules.iter().enumerate();
             let with = modules.filter(|(_, module)| module.submodules.contains(&at)).map(|(index, _)| index).collect();
             device.records.push(DeviceRecord {
-                name: format!("record_0x{:x}_{}", record.index, device.submodules[at].name),
+                name: format!("record_0x{:x}_{}", record.index, of.name),
                 index: record.index,
                 at,
                 octets: record.default.len(),

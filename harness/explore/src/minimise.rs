@@ -11,22 +11,26 @@ const SHORTEST_WAIT: Duration = Duration::from_millis(4);
 
 /// Removes as much as possible while `shows` returns true.
 pub fn minimise(steps: Vec<SequenceStep>, shows: &mut dyn FnMut(&[SequenceStep]) -> bool) -> Vec<SequenceStep> {
-    let Ok(steps) = fewest(steps, &mut |steps| Ok::<_, Infallible>(shows(steps)));
-    let Ok(steps) = simplest(steps, smaller, &mut |steps| Ok::<_, Infallible>(shows(steps)));
-    let steps = joined(steps, shows);
-    let Ok(steps) = fewest(steps, &mut |steps| Ok::<_, Infallible>(shows(steps)));
+    let mut still = |steps: &[SequenceStep]| Ok::<_, Infallible>(shows(steps));
+    let Ok(steps) = fewest(steps, &mut still);
+    let Ok(steps) = simplest(steps, smaller, &mut still);
+    let steps = joined(steps, &mut still);
+    let Ok(steps) = fewest(steps, &mut still);
     steps
 }
 
 /// Makes one wait of two that follow each other.
-fn joined(mut steps: Vec<SequenceStep>, shows: &mut dyn FnMut(&[SequenceStep]) -> bool) -> Vec<SequenceStep> {
+fn joined(
+    mut steps: Vec<SequenceStep>,
+    still: &mut dyn FnMut(&[SequenceStep]) -> Result<bool, Infallible>,
+) -> Vec<SequenceStep> {
     let mut place = 0;
     while place + 1 < steps.len() {
         let both = steps.get(place).zip(steps.get(place + 1)).map(|(one, two)| (&one.action, &two.action));
         if let Some((ControllerAction::Wait(one), ControllerAction::Wait(two))) = both {
             let mut trial = steps.clone();
             trial.splice(place..place + 2, [ControllerAction::Wait(*one + *two).into()]);
-            if shows(&trial) {
+            if still(&trial) == Ok(true) {
                 steps = trial;
                 continue;
             }
@@ -43,11 +47,13 @@ fn smaller(step: &SequenceStep) -> Vec<SequenceStep> {
     let mut list: Vec<SequenceStep> = without(&step.modifiers).into_iter().map(modified).collect();
     list.extend(one_less(&step.action).into_iter().map(of));
     match &step.action {
-        ControllerAction::Set(entries)
-            if entries.len() == 1 && entries.iter().any(|(name, _)| name == "shaft.counts") =>
-        {
-            let first: Vec<(String, String)> = entries.iter().map(|(name, _)| (name.clone(), "0".to_owned())).collect();
-            list.extend((first != *entries).then(|| of(ControllerAction::Set(first))));
+        ControllerAction::Set(entries) => {
+            if let [(name, value)] = &entries[..]
+                && name == "shaft.counts"
+                && value != "0"
+            {
+                list.push(of(ControllerAction::Set(vec![(name.clone(), "0".to_owned())])));
+            }
         }
         ControllerAction::Wait(long) if *long > SHORTEST_WAIT => {
             let half = Duration::from_millis((long.as_millis() / 2) as u64).max(SHORTEST_WAIT);

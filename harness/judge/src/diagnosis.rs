@@ -2,7 +2,7 @@
 
 use super::image::big_endian;
 use expression::Value;
-use suite::device::{DeviceDescription, DiagnosisField, DiagnosisName};
+use suite::device::{DeviceDescription, DiagnosedAlarmPart, DiagnosisField, DiagnosisName};
 use wire::profibus::diag::{DiagnosisBlock, DiagnosisMessage, NO_MASTER, SlaveDiag, Status1};
 
 /// The value of a name in Slave_Diag; unknown if the diagnosis is too short.
@@ -29,13 +29,16 @@ fn known(device: &DeviceDescription, name: DiagnosisName, octets: &[u8], asker: 
             let blocks = device.profibus()?.diagnosis.blocks.as_ref()?;
             Value::set(blocks.codes(octets)?.into_iter().map(i64::from))
         }
-        DiagnosisName::AlarmType => {
+        DiagnosisName::Alarm(part) => {
             let diagnosis = SlaveDiag::parse(octets).ok()?;
-            Value::whole(first_alarm(&diagnosis).map_or(0, |alarm| alarm.kind))
+            let alarm = first_alarm(&diagnosis);
+            match part {
+                DiagnosedAlarmPart::Type => Value::whole(alarm.map_or(0, |alarm| alarm.kind)),
+                DiagnosedAlarmPart::Slot => Value::whole(alarm?.slot),
+                DiagnosedAlarmPart::Change => Value::whole(alarm?.specifier.change() as u8),
+                DiagnosedAlarmPart::Specifier => Value::whole(alarm?.specifier.0),
+            }
         }
-        DiagnosisName::AlarmSlot => Value::whole(first_alarm(&SlaveDiag::parse(octets).ok()?)?.slot),
-        DiagnosisName::AlarmChange => Value::whole(first_alarm(&SlaveDiag::parse(octets).ok()?)?.specifier.0 & 3),
-        DiagnosisName::AlarmSpecifier => Value::whole(first_alarm(&SlaveDiag::parse(octets).ok()?)?.specifier.0),
         DiagnosisName::Field(index) => field(device.profibus()?.diagnosis.fields.get(index)?, octets)?,
     })
 }

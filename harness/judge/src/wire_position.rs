@@ -51,10 +51,7 @@ fn in_diagnosis(name: DiagnosisName, view: &NameView<'_>) -> Option<(usize, Opti
         DiagnosisName::Length
         | DiagnosisName::Bytes
         | DiagnosisName::Errors
-        | DiagnosisName::AlarmType
-        | DiagnosisName::AlarmSlot
-        | DiagnosisName::AlarmChange
-        | DiagnosisName::AlarmSpecifier
+        | DiagnosisName::Alarm(_)
         | DiagnosisName::MasterLock => return None,
     })
 }

@@ -239,16 +239,27 @@ impl PreflightDiscovery {
                 "the device is named `{now}`, the bench says `{name}`: correct the name in the bench file, or give the consent set_name"
             ));
         }
-        let entry = preflight_change(change::NAME);
-        journal.add(&entry).map_err(|error| Unusable(format!("the journal cannot be written: {error}")))?;
-        let value = DcpValue::NameOfStation(name.clone().into_bytes());
-        let blocks = vec![DcpBlock::set(BlockQualifier::PERMANENT, value)];
-        match self.ask(controller, ControllerRequest::DcpSet { to: station.mac, blocks })? {
-            ControllerOutcome::Dcp(DcpOutcome::Accepted) => {
-                station.name = name.clone().into_bytes();
-                Ok(true)
-            }
-            outcome => unusable(format!("the device does not accept the name `{name}`: {}", why(&outcome))),
+        let block = DcpBlock::set(BlockQualifier::PERMANENT, DcpValue::NameOfStation(name.clone().into_bytes()));
+        let refused = format!("the device does not accept the name `{name}`");
+        self.change(controller, journal, station.mac, (change::NAME, block), &refused)?;
+        station.name = name.clone().into_bytes();
+        Ok(true)
+    }
+
+    /// Notes a change in the journal and makes it by a DCP Set; `refused` begins the message if the device refuses it.
+    pub(super) fn change(
+        &mut self,
+        controller: &mut Controller,
+        journal: &mut Journal,
+        to: Mac,
+        (word, block): (&str, DcpBlock),
+        refused: &str,
+    ) -> PreflightResult<()> {
+        let what = vec![word.to_owned()];
+        note(journal, &JournalEntry::Changes { trial: "preflight".into(), what, stand: Vec::new() })?;
+        match self.ask(controller, ControllerRequest::DcpSet { to, blocks: vec![block] })? {
+            ControllerOutcome::Dcp(DcpOutcome::Accepted) => Ok(()),
+            outcome => unusable(format!("{refused}: {}", why(&outcome))),
         }
     }
 
@@ -263,13 +274,10 @@ impl PreflightDiscovery {
         if station.ip == ip {
             return Ok(false);
         }
-        let entry = preflight_change(change::TEMPORARY_IP);
-        journal.add(&entry).map_err(|error| Unusable(format!("the journal cannot be written: {error}")))?;
-        let blocks = vec![DcpBlock::set(BlockQualifier::TEMPORARY, DcpValue::IpParameter(ip))];
-        match self.ask(controller, ControllerRequest::DcpSet { to: station.mac, blocks })? {
-            ControllerOutcome::Dcp(DcpOutcome::Accepted) => Ok(true),
-            outcome => unusable(format!("the device does not accept the address {}: {}", ip.address, why(&outcome))),
-        }
+        let block = DcpBlock::set(BlockQualifier::TEMPORARY, DcpValue::IpParameter(ip));
+        let refused = format!("the device does not accept the address {}", ip.address);
+        self.change(controller, journal, station.mac, (change::TEMPORARY_IP, block), &refused)?;
+        Ok(true)
     }
 
     /// Reads the APIs, the plugged modules of each and I&M0 without a connection; what the device refuses stays unknown.
@@ -362,13 +370,13 @@ impl PreflightDiscovery {
     }
 }
 
-/// The journal's entry for a change that the preflight is about to make.
-pub(super) fn preflight_change(word: &str) -> JournalEntry {
-    JournalEntry::Changes { trial: "preflight".into(), what: vec![word.to_owned()], stand: Vec::new() }
+/// Writes an entry of the preflight to the journal.
+pub(super) fn note(journal: &mut Journal, entry: &JournalEntry) -> PreflightResult<()> {
+    journal.add(entry).map_err(|error| Unusable(format!("the journal cannot be written: {error}")))
 }
 
 /// Why a DCP Set failed, for messages.
-pub(super) fn why(outcome: &ControllerOutcome) -> String {
+fn why(outcome: &ControllerOutcome) -> String {
     match outcome {
         ControllerOutcome::Dcp(outcome) => outcome.to_string(),
         ControllerOutcome::Impossible(why) => (*why).to_owned(),

@@ -3,14 +3,12 @@
 //!
 //! What the device loses by the power cycle is put back at once. This module must not know suites.
 
-use super::device_discovery::{PreflightDiscovery, preflight_change, why};
+use super::device_discovery::{PreflightDiscovery, note};
 use super::journal::{Journal, JournalEntry};
 use super::stand::LiveStand;
 use super::unusable::{PreflightResult, Unusable, unusable};
-use controllers::profinet_io::{
-    Controller, ControllerOutcome, ControllerRequest, DcpOutcome, IdentifiedStation, IdentifyBy,
-};
-use results::bench_file::{BenchFile, DcpPermanence};
+use controllers::profinet_io::{Controller, ControllerOutcome, ControllerRequest, IdentifiedStation, IdentifyBy};
+use results::bench_file::{BenchFile, DcpPermanence, StandSpec};
 use results::journal::{InitialDevice, change};
 use station::{Duration, StandAction};
 use std::net::Ipv4Addr;
@@ -23,20 +21,19 @@ const POWER_UP_TIMEOUT: Duration = Duration::from_secs(60);
 const ROUND: Duration = Duration::from_millis(500);
 /// The stand name of the power.
 const POWER: &str = "power";
+const NOT_PUT_BACK: &str = "what the power cycle erased cannot be put back";
 
 /// Whether a power cycle may show what is stored: the stand switches the power without a person, the bench permits both changes
-/// that put back what is lost, there is something to learn, and the bench file does not say it.
-pub(super) fn may_learn(bench: &BenchFile, found: &InitialDevice) -> bool {
+/// that put back what is lost, there is something to learn, and the bench file does not say it. `offers` is what its control channel
+/// serves.
+pub(super) fn may_learn(bench: &BenchFile, offers: Option<Vec<String>>, found: &InitialDevice) -> bool {
     let has_any = !found.name.is_empty() || found.ip != Ipv4Addr::UNSPECIFIED;
     let permits = bench.consent.set_name && bench.consent.set_ip;
     let is_known = bench.ip_permanence.is_some();
     if !has_any || !permits || is_known || bench.stand.ask.iter().any(|name| name == POWER) {
         return false;
     }
-    let mut stand = bench.stand.clone();
-    if stand.offers.is_none() {
-        stand.offers = LiveStand::new(&stand).offers().ok().flatten();
-    }
+    let stand = StandSpec { offers, ..bench.stand.clone() };
     // A control channel that does not say what it serves is not trusted with the power.
     (stand.control.is_none() || stand.offers.is_some()) && stand.serves(POWER)
 }
@@ -61,14 +58,8 @@ impl PreflightDiscovery {
         journal: &mut Journal,
         notes: &mut Vec<String>,
     ) -> PreflightResult<Vec<&'static str>> {
-        let mut add = |entry: &JournalEntry| {
-            journal.add(entry).map_err(|error| Unusable(format!("the journal cannot be written: {error}")))
-        };
-        add(&JournalEntry::Changes {
-            trial: "preflight".to_owned(),
-            what: vec![change::POWER_CYCLE.to_owned()],
-            stand: vec![POWER.to_owned()],
-        })?;
+        let (what, stand) = (vec![change::POWER_CYCLE.to_owned()], vec![POWER.to_owned()]);
+        note(journal, &JournalEntry::Changes { trial: "preflight".to_owned(), what, stand })?;
         let cycled = LiveStand::new(&bench.stand).act_in_turn(&[StandAction::Power(false), StandAction::Power(true)]);
         cycled.map_err(|why| Unusable(format!("the power cycle that shows what the device has stored: {why}")))?;
         let Some(after) = self.identify_again(controller, station)? else {
@@ -81,7 +72,7 @@ impl PreflightDiscovery {
         };
         found.name_permanence = permanence(&station.name, &after.name, &Vec::new());
         found.ip_permanence = permanence(&station.ip, &after.ip, &IpParameter::NONE);
-        add(&JournalEntry::Permanence { name: found.name_permanence, ip: found.ip_permanence })?;
+        note(journal, &JournalEntry::Permanence { name: found.name_permanence, ip: found.ip_permanence })?;
         notes.push(format!(
             "a power cycle before the first change showed: station name {}, IP address {}",
             text(found.name_permanence),
@@ -91,13 +82,8 @@ impl PreflightDiscovery {
         if found.name_permanence == DcpPermanence::Temporary {
             changes.push(change::NAME);
             // A name that is lost with the power would not last through the run; it is put back as a temporary one at its end.
-            add(&preflight_change(change::NAME))?;
-            self.set_back(
-                controller,
-                station,
-                BlockQualifier::PERMANENT,
-                DcpValue::NameOfStation(station.name.clone()),
-            )?;
+            let block = DcpBlock::set(BlockQualifier::PERMANENT, DcpValue::NameOfStation(station.name.clone()));
+            self.change(controller, journal, station.mac, (change::NAME, block), NOT_PUT_BACK)?;
         }
         if found.ip_permanence == DcpPermanence::Temporary {
             changes.push(change::TEMPORARY_IP);
@@ -107,8 +93,8 @@ impl PreflightDiscovery {
                     after.ip.address
                 ));
             }
-            add(&preflight_change(change::TEMPORARY_IP))?;
-            self.set_back(controller, station, BlockQualifier::TEMPORARY, DcpValue::IpParameter(station.ip))?;
+            let block = DcpBlock::set(BlockQualifier::TEMPORARY, DcpValue::IpParameter(station.ip));
+            self.change(controller, journal, station.mac, (change::TEMPORARY_IP, block), NOT_PUT_BACK)?;
         }
         Ok(changes)
     }
@@ -129,20 +115,6 @@ impl PreflightDiscovery {
             }
         }
         Ok(None)
-    }
-
-    fn set_back(
-        &mut self,
-        controller: &mut Controller,
-        station: &IdentifiedStation,
-        qualifier: BlockQualifier,
-        value: DcpValue,
-    ) -> PreflightResult<()> {
-        let blocks = vec![DcpBlock::set(qualifier, value)];
-        match self.ask(controller, ControllerRequest::DcpSet { to: station.mac, blocks })? {
-            ControllerOutcome::Dcp(DcpOutcome::Accepted) => Ok(()),
-            outcome => unusable(format!("what the power cycle erased cannot be put back: {}", why(&outcome))),
-        }
     }
 }
 

@@ -119,12 +119,13 @@ pub fn controller_macs(bench: &BenchFile, port: &dyn Port) -> [Mac; 2] {
 }
 
 /// Prepares a bench: opens the link, listens, finds the device, and gives it the name and the address of the bench. `opened` is
-/// called once the link is open and privileges are dropped, before anything is sent.
+/// called once the link is open and privileges are dropped, before anything is sent; it returns what the control channel of the stand
+/// serves.
 pub fn prepare(
     bench: &BenchFile,
     expected: &ExpectedDevice,
     purpose: PreflightPurpose<'_>,
-    opened: &mut dyn FnMut() -> Result<(), String>,
+    opened: &mut dyn FnMut() -> Result<Option<Vec<String>>, String>,
 ) -> PreflightResult<PreparedDevice> {
     prepare_at(open(&bench.link)?, bench, expected, purpose, opened)
 }
@@ -135,10 +136,10 @@ pub fn prepare_at(
     bench: &BenchFile,
     expected: &ExpectedDevice,
     purpose: PreflightPurpose<'_>,
-    opened: &mut dyn FnMut() -> Result<(), String>,
+    opened: &mut dyn FnMut() -> Result<Option<Vec<String>>, String>,
 ) -> PreflightResult<PreparedDevice> {
     link::privileges::drop()?;
-    opened().map_err(Unusable)?;
+    let offers = opened().map_err(Unusable)?;
     let macs = controller_macs(bench, port.as_ref());
     let mut scout = PreflightDiscovery {
         wire: Wire::new(port),
@@ -176,7 +177,7 @@ pub fn prepare_at(
     let initial_ip = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
     scout.guard.allow_initial(found.name.clone(), initial_ip);
     let mut changes = Vec::new();
-    if passive.is_none() && !purpose.is_restore() && may_learn(bench, &found) {
+    if passive.is_none() && !purpose.is_restore() && may_learn(bench, offers, &found) {
         let learned = scout.learn_permanence(bench, &mut controller, &station, &mut found, &mut journal, &mut notes)?;
         changes.extend(learned.into_iter().map(str::to_owned));
     }

@@ -5,13 +5,13 @@ use super::device_yaml::{named, plain};
 use super::dialect::profinet::{INTERFACES, OBJECTS, PACKETS, SNMP_REQUESTS, SNMP_VERSIONS, record_read, rpc, snmp};
 use super::dialect::{self, Dialect, Service as From};
 use super::error::{Mistake, Read, every};
-use super::frame::{StepScope, literal, octets};
+use super::frame::{StepScope, octets, text};
 use super::keys::{Key, Keyed};
 use super::names::{Name, Verbs};
 use super::request_keys::{SOUGHT, record_request};
 use super::yaml::Node;
 use controllers::profinet_io::DamagedIoFrame;
-use expression::{Program, Type, Value};
+use expression::{Program, Type};
 use station::Duration;
 use suite::device::{AnswerPart, NameKind};
 use suite::model::{
@@ -278,10 +278,7 @@ impl StepScope<'_, '_> {
             return self.dp_service(name, fields);
         }
         let field = |key: &str| fields.get(key).ok_or_else(|| fields.wrong(format!("{name} needs `{key}`")));
-        let text = |key: &str| match literal(field(key)?, &Type::Text)? {
-            Value::Text(text) => Ok(text.to_string()),
-            _ => Err(fields.wrong(format!("`{key}` is a text"))),
-        };
+        let text = |key: &str| text(field(key)?);
         let service = match *name {
             "dcp_reset" => reset(field("mode")?)?,
             "dcp_signal" => AcyclicService::DcpSignal,
@@ -427,13 +424,9 @@ impl StepScope<'_, '_> {
             let bytes = of(&snmp::bytes).ok_or_else(|| fields.wrong("snmp needs `names` or `bytes`"))?;
             return Ok(SnmpService { octets: octets(bytes)?, is_message: false });
         };
-        let text = |node: &Node| match literal(node, &Type::Text)? {
-            Value::Text(text) => Ok(text.to_string()),
-            _ => Err(node.wrong("this is a text")),
-        };
         let number = |key: &Key| of(key).map_or(Ok(0), |node| self.number::<i32>(node, key.sentence));
         let (tag, value) = match of(&snmp::value).map(octets).transpose()?.as_deref() {
-            None => (0x05, Vec::new()),
+            None => (wire::snmp::NULL, Vec::new()),
             Some([tag, length, content @ ..]) if usize::from(*length) == content.len() => (*tag, content.to_vec()),
             Some(_) => {
                 return Err(fields
@@ -482,10 +475,7 @@ impl StepScope<'_, '_> {
                 return Err(Mistake::unknown(node.key(name).spot, "field of the page", name, known));
             };
             self.names.mark("page field", &format!("{}.{name}", of.name));
-            match self.literal(value, &Type::Text)? {
-                Value::Text(text) => entered.push((index, text.to_string())),
-                _ => return Err(value.wrong("what is entered is a text")),
-            }
+            entered.push((index, text(value)?));
         }
         Ok(entered)
     }

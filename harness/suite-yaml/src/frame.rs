@@ -324,6 +324,14 @@ pub(super) fn octets(node: &Node) -> Read<Vec<u8>> {
     }
 }
 
+/// The literal text of a node.
+pub(super) fn text(node: &Node) -> Read<String> {
+    match literal(node, &Type::Text)? {
+        Value::Text(text) => Ok(text.to_string()),
+        _ => Err(node.wrong("this is a text")),
+    }
+}
+
 /// Whether a node is `none`.
 pub(super) fn is_none(node: &Node) -> bool {
     node.plain() == Some("none")

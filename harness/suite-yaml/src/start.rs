@@ -3,7 +3,7 @@
 use super::device_yaml::{duration, plain};
 use super::dialect;
 use super::error::{Mistake, Read, every};
-use super::frame::{StepScope, is_none, literal, octets};
+use super::frame::{StepScope, is_none, octets, text};
 use super::request_keys::connect_request;
 use super::yaml::{Node, NodeKind};
 use controllers::profinet_io::ConnectField;
@@ -166,6 +166,7 @@ impl StepScope<'_, '_> {
                 list.extend(self.connect_fields(value)?);
                 continue;
             }
+            let only = |word: &str, help: &str| value.wrong(format!("`{name}` is `{word}` here")).help(help);
             list.push(match (name, record) {
                 (_, Some(record)) if is_none(value) => StartDeviation::RecordNone(record),
                 (_, Some(record)) => StartDeviation::RecordBytes(record, octets(value)?),
@@ -184,35 +185,26 @@ impl StepScope<'_, '_> {
                 ("slot", _) => StartDeviation::Slot(self.number(value, "a slot")?),
                 ("dap_ident", _) => StartDeviation::AccessPointIdent(self.number(value, "an ident")?),
                 ("byte_order", _) if value.text("a byte order")? == "little" => StartDeviation::LittleEndian,
-                ("byte_order", _) => {
-                    let mistake = value.wrong("`byte_order` is `little` here");
-                    return Err(mistake.help("without it the RPC headers are big-endian"));
-                }
+                ("byte_order", _) => return Err(only("little", "without it the RPC headers are big-endian")),
                 ("ip", _) if is_none(value) => StartDeviation::NoAddress,
                 ("ip", _) => {
-                    let mistake = value.wrong("`ip` is `none` here");
-                    return Err(mistake.help("give the device another address with `write: { station.ip: ... }`"));
+                    return Err(only("none", "give the device another address with `write: { station.ip: ... }`"));
                 }
                 ("access_point", _) if is_none(value) => StartDeviation::NoAccessPoint,
                 ("access_point", _) => {
-                    let mistake = value.wrong("`access_point` is `none` here");
-                    return Err(mistake.help("without it the submodule of slot 0 is expected as well"));
+                    return Err(only("none", "without it the submodule of slot 0 is expected as well"));
                 }
                 ("network", _) if value.text("a word")? == "expected" => StartDeviation::NetworkExpected,
                 ("network", _) => {
-                    let mistake = value.wrong("`network` is `expected` here");
-                    return Err(mistake.help("without it the interface and the ports are not expected"));
+                    return Err(only("expected", "without it the interface and the ports are not expected"));
                 }
                 ("access", _) if value.text("a kind of access")? == "supervisor" => StartDeviation::SupervisorAccess,
                 ("access", _) => {
-                    let mistake = value.wrong("`access` is `supervisor` here");
-                    return Err(mistake.help("without it the connection is that of a controller, with cyclic data"));
+                    let help = "without it the connection is that of a controller, with cyclic data";
+                    return Err(only("supervisor", help));
                 }
                 ("parameter_pause", _) => StartDeviation::ParameterPause(duration(value, "a pause")?),
-                ("station_name", _) => match literal(value, &expression::Type::Text)? {
-                    Value::Text(text) => StartDeviation::StationName(text.to_string()),
-                    _ => return Err(value.wrong("a station name is a text")),
-                },
+                ("station_name", _) => StartDeviation::StationName(text(value)?),
                 _ => {
                     let records =
                         device.records.iter().filter(|record| record.start).map(|record| record.name.as_str());

@@ -17,7 +17,8 @@ pub use bus::{Bus, DeviceBus, ModuleBus, PerBus};
 pub use observability::{Observability, UpdatedAt, VisibleIn};
 pub use parameter_type::{Formats, ParameterType};
 pub use profibus::{
-    DiagnosisBlocks, DiagnosisField, DiagnosisLayout, DiagnosisName, NUMBER_OCTETS, ProfibusFacts, UserPrmLayout,
+    DiagnosedAlarmPart, DiagnosisBlocks, DiagnosisField, DiagnosisLayout, DiagnosisName, NUMBER_OCTETS, ProfibusFacts,
+    UserPrmLayout,
 };
 pub use profinet::{ProfinetFacts, ProfinetIdentity};
 pub use signal_form::{SignalForm, text_of};
@@ -27,7 +28,6 @@ pub use variant_identification::{ExpectedNumber, VariantIdentification, VariantV
 use expression::{Program, Value, WordTable};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use wire::profibus::diag::Status1;
 
 /// A name as conditions and steps use it: an index into [`super::model::SuiteVariant::names`].
 pub use expression::NameId;
@@ -131,21 +131,11 @@ impl DeviceDescription {
     /// The name of a part of the diagnosis in suites, without `diag.`.
     pub fn diagnosis_name(&self, name: DiagnosisName) -> &str {
         match name {
-            DiagnosisName::Length => "length",
-            DiagnosisName::Bytes => "bytes",
-            DiagnosisName::Ident => "ident",
-            DiagnosisName::Master => "master",
-            DiagnosisName::Errors => "errors",
-            DiagnosisName::AlarmType => "alarm_type",
-            DiagnosisName::AlarmSlot => "alarm_slot",
-            DiagnosisName::AlarmChange => "alarm_change",
-            DiagnosisName::AlarmSpecifier => "alarm_specifier",
-            DiagnosisName::MasterLock => Status1::MASTER_LOCK.words().next().unwrap_or_default(),
-            DiagnosisName::Bit { octet, bit } => profibus::status_word(octet, bit).unwrap_or_default(),
             DiagnosisName::Field(index) => {
                 let fields = self.profibus().map_or(&[][..], |slave| &slave.diagnosis.fields);
                 fields.get(index).map_or("?", |field| &field.name)
             }
+            name => DiagnosisName::words().find(|(_, of)| *of == name).map(|(word, _)| word).unwrap_or_default(),
         }
     }
 }

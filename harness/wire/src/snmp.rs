@@ -14,7 +14,8 @@ pub const PORT: u16 = 161;
 
 const INTEGER: u8 = 0x02;
 const OCTET_STRING: u8 = 0x04;
-const NULL: u8 = 0x05;
+/// The tag of a value that is not given, as in requests.
+pub const NULL: u8 = 0x05;
 const OBJECT_IDENTIFIER: u8 = 0x06;
 const SEQUENCE: u8 = 0x30;
 /// Bit 7 of each byte of a number in an object identifier but its last.
@@ -101,11 +102,6 @@ pub struct VarBind {
 }
 
 impl VarBind {
-    /// An object without a value, as in a request.
-    pub fn unspecified(name: ObjectIdentifier) -> VarBind {
-        VarBind { name, tag: NULL, value: Vec::new() }
-    }
-
     /// Appends name and value, each with the shortest length that holds it.
     pub fn put(&self, out: &mut Vec<u8>) {
         put_element(out, OBJECT_IDENTIFIER, &self.name.0);

@@ -93,7 +93,7 @@ fn is_diagnosis(index: u16) -> bool {
     matches!(index & 0x0FFF, 0x00A..=0x00C) && index >= 0x8000 || index == 0xF80C
 }
 
-fn missing(stack: &mut Stack, indices: &'static [u16]) {
+pub(super) fn missing(stack: &mut Stack, indices: &'static [u16]) {
     stack.read(move |access, result| {
         if indices.contains(&access.index) {
             *result = Err(RecordError::INVALID_INDEX);

@@ -31,7 +31,7 @@ const BUGS: &[Deviation] = bugs! {
     "unusable-outputs-consumed" "The outputs to a submodule that is pulled, wrong or owned by another controller have a good consumer status."
         => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::Consumes(..)));
     "released-not-reported" "A controller that waits for a submodule is not informed when it is released."
-        => |d| d.stack.alarm(|alarm, is_sent| is_sent && alarm.alarm_type != AlarmType::RELEASED);
+        => |d| not_sent(&mut d.stack, AlarmType::RELEASED);
     "release-of-one-ends-all" "The release of one connection ends all others."
         => |d| d.stack.add(EndsAllWithOne::default());
     "released-slots-stay-locked" "A submodule that had an owner stays locked for every other controller after its release."
@@ -45,11 +45,11 @@ const BUGS: &[Deviation] = bugs! {
 
     // Pull and plug
     "pull-not-reported" "A pulled module is not reported."
-        => |d| d.stack.alarm(|alarm, is_sent| is_sent && alarm.alarm_type != AlarmType::PULL);
+        => |d| not_sent(&mut d.stack, AlarmType::PULL);
     "pull-ends-connection" "A pulled module ends the connection."
         => |d| d.stack.add(EndsWithPull::default());
     "plug-not-reported" "A plugged module is not reported."
-        => |d| d.stack.alarm(|alarm, is_sent| is_sent && alarm.alarm_type != AlarmType::PLUG);
+        => |d| not_sent(&mut d.stack, AlarmType::PLUG);
     "plug-reported-as-return" "A plugged module is reported as a submodule that has good data again."
         => |d| renamed(&mut d.stack, AlarmType::PLUG, AlarmType::RETURN_OF_SUBMODULE);
     "wrong-plug-reported-as-plug" "A module that does not belong into its slot is reported like one that does."
@@ -70,7 +70,13 @@ fn is_about_plugs(alarm: &AlarmNotification) -> bool {
     types.contains(&alarm.alarm_type)
 }
 
-fn renamed(stack: &mut Stack, from: AlarmType, to: AlarmType) {
+/// Alarms of this type are not sent.
+pub(super) fn not_sent(stack: &mut Stack, kind: AlarmType) {
+    stack.alarm(move |alarm, is_sent| is_sent && alarm.alarm_type != kind);
+}
+
+/// Alarms of one type are sent as those of another.
+pub(super) fn renamed(stack: &mut Stack, from: AlarmType, to: AlarmType) {
     stack.alarm(move |alarm, is_sent| {
         if alarm.alarm_type == from {
             alarm.alarm_type = to;

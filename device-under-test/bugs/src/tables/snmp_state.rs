@@ -43,7 +43,7 @@ impl StackHooks for KeepsNeighbour {
             objects.iter().filter(|object| object.name.starts_with(REMOTE)).cloned().collect();
         if of_neighbour.is_empty() {
             objects.extend(self.kept.iter().cloned());
-            objects.sort();
+            objects.sort_by(|one, other| one.name.cmp(&other.name));
         } else {
             self.kept = of_neighbour;
         }

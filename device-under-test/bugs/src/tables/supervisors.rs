@@ -1,9 +1,10 @@
 //! Deviations of the PROFINET stack in connections of supervisors, alarms of high priority, port parameters and the log book.
 
+use super::record_access::missing;
+use super::shared_slots::{not_sent, renamed};
 use super::supervisors_state::{DropsWrites, EndsControllers, KeepsSupervisor, RefusesReads, SupervisorCalls};
 use super::{Deviation, Group};
 use crate::needs::Need;
-use crate::seams::stack::Stack;
 use device_stack::profinet::StackCheck;
 use reference_devices::manuals;
 use wire::profinet::alarm::{AlarmPriority, AlarmType};
@@ -30,19 +31,14 @@ const BUGS: &[Deviation] = bugs! {
 
     // Alarms of high priority
     "process-alarm-not-sent" "An event in the process is not reported."
-        => |d| d.stack.alarm(|alarm, is_sent| is_sent && alarm.alarm_type != AlarmType::PROCESS);
+        => |d| not_sent(&mut d.stack, AlarmType::PROCESS);
     "process-alarm-of-low-priority" "An event in the process is reported with low priority."
         => |d| d.stack.alarm(|alarm, is_sent| {
             alarm.priority = AlarmPriority::Low;
             is_sent
         });
     "process-alarm-as-status" "An event in the process is reported as a change of state."
-        => |d| d.stack.alarm(|alarm, is_sent| {
-            if alarm.alarm_type == AlarmType::PROCESS {
-                alarm.alarm_type = AlarmType::STATUS;
-            }
-            is_sent
-        });
+        => |d| renamed(&mut d.stack, AlarmType::PROCESS, AlarmType::STATUS);
     "priorities-share-numbers" "Alarms of both priorities are numbered together."
         => |d| d.stack.set(StackCheck::NumbersOfHighAlarms, false);
     "high-alarms-wait-for-low" "An alarm of high priority waits until the one of low priority is acknowledged."
@@ -50,9 +46,9 @@ const BUGS: &[Deviation] = bugs! {
 
     // Port parameters
     "port-check-not-read" "What a port checks cannot be read back."
-        => |d| unreadable(&mut d.stack, 0x802B);
+        => |d| missing(&mut d.stack, &[0x802B]);
     "port-adjust-not-read" "What is set at a port cannot be read back."
-        => |d| unreadable(&mut d.stack, 0x802F);
+        => |d| missing(&mut d.stack, &[0x802F]);
     "peer-station-not-checked" "The station of the neighbour is not checked."
         => |d| d.stack.set(StackCheck::PeerStation, true);
     "peer-port-not-checked" "The port of the neighbour is not checked."
@@ -85,7 +81,7 @@ const BUGS: &[Deviation] = bugs! {
 
     // Log book
     "log-book-not-read" "The log book cannot be read."
-        => |d| unreadable(&mut d.stack, 0xF830);
+        => |d| missing(&mut d.stack, &[0xF830]);
     "log-book-empty" "The log book has no entries."
         => |d| d.stack.record(|index, data| if index == 0xF830 {
             data.truncate(16);
@@ -93,14 +89,6 @@ const BUGS: &[Deviation] = bugs! {
             data[14..16].fill(0);
         });
 };
-
-fn unreadable(stack: &mut Stack, index: u16) {
-    stack.read(move |access, result| {
-        if access.index == index {
-            *result = Err(RecordError::INVALID_INDEX);
-        }
-    });
-}
 
 /// The operations in whose blocks the ARUUID follows two bytes after the header.
 pub(super) const WITHIN: [Opnum; 5] = [Opnum::CONNECT, Opnum::RELEASE, Opnum::READ, Opnum::WRITE, Opnum::CONTROL];

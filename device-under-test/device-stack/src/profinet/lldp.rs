@@ -1,5 +1,8 @@
 //! LLDP: the device announces itself to its neighbour and stores the announcement of the neighbour.
 
+use super::physical::port_name;
+use super::plugged::PORT_SUBSLOT;
+use alloc::borrow::Cow;
 use alloc::format;
 use alloc::vec::Vec;
 use station::{Duration, Outbox, Time};
@@ -76,11 +79,27 @@ pub(super) struct LldpMacs {
     pub port: Mac,
 }
 
+/// Subtype and content of the chassis ID of the device: its name, or its MAC address without one.
+pub(super) fn chassis_id<'a>(station: &'a Mac, name: &'a [u8]) -> (u8, &'a [u8]) {
+    match name {
+        [] => (Tlv::CHASSIS_MAC_ADDRESS, &station.0),
+        name => (Tlv::LOCALLY_ASSIGNED, name),
+    }
+}
+
+/// The port ID of a port of the device: its name, and behind a dot that of the station if it has one.
+pub(super) fn port_id(port: &str, name: &[u8]) -> Vec<u8> {
+    if name.is_empty() { port.as_bytes().to_vec() } else { [port.as_bytes(), b".", name].concat() }
+}
+
 impl LldpNeighbour {
-    /// The MAC address as text, for a neighbour without a name.
-    pub(super) fn mac_as_name(&self) -> Vec<u8> {
+    /// Its name, or its MAC address as text.
+    pub(super) fn chassis(&self) -> Cow<'_, [u8]> {
+        if !self.name.is_empty() {
+            return Cow::Borrowed(&self.name);
+        }
         let [a, b, c, d, e, f] = self.mac.0;
-        format!("{a:02X}-{b:02X}-{c:02X}-{d:02X}-{e:02X}-{f:02X}").into_bytes()
+        Cow::Owned(format!("{a:02X}-{b:02X}-{c:02X}-{d:02X}-{e:02X}-{f:02X}").into_bytes())
     }
 
     /// The alias name of the device: port and name of its neighbour.
@@ -152,18 +171,11 @@ impl LldpAgent {
             return;
         }
         self.due = now + LldpAgent::INTERVAL;
-        let locally_assigned = Tlv::LOCALLY_ASSIGNED;
-        let port_name = b"port-001".to_vec();
-        let (chassis, port) = if name.is_empty() {
-            (Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, id: macs.station.0.into() }, port_name)
-        } else {
-            let chassis = Tlv::ChassisId { subtype: locally_assigned, id: name.to_vec() };
-            (chassis, [&port_name[..], b".", name].concat())
-        };
+        let (subtype, chassis) = chassis_id(&macs.station, name);
         let lldp = Lldp {
             tlvs: [
-                chassis,
-                Tlv::PortId { subtype: locally_assigned, id: port },
+                Tlv::ChassisId { subtype, id: chassis.to_vec() },
+                Tlv::PortId { subtype: Tlv::LOCALLY_ASSIGNED, id: port_id(&port_name(PORT_SUBSLOT), name) },
                 Tlv::TimeToLive(LldpAgent::TIME_TO_LIVE),
                 Tlv::PortStatus { rt_class_2: 0, rt_class_3: 0 },
                 Tlv::ChassisMac(macs.station),

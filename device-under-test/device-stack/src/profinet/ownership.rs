@@ -47,9 +47,10 @@ impl Stack {
     /// Whether connection `at` has cyclic data and another such connection owns the submodule of a record that it
     /// writes. A connection for records only may write everywhere.
     pub(super) fn is_write_of_other(&self, at: usize, access: RecordAccess) -> bool {
-        let place = SubmoduleAddress { api: access.api, slot: access.slot, subslot: access.subslot };
         let is_exchange = self.ars[at].exchange.is_some();
-        is_exchange && self.is_of_other(at, place) && !self.hooks.check(StackCheck::WritesOfOthers(access), false)
+        is_exchange
+            && self.is_of_other(at, access.into())
+            && !self.hooks.check(StackCheck::WritesOfOthers(access), false)
     }
 
     /// Whether a connection other than `at` owns the submodule at `place`.

@@ -4,6 +4,7 @@ use super::lldp::FAST_ETHERNET;
 use super::plugged::{INTERFACE_SUBSLOT, PORT_SUBSLOT, SubmoduleAddress};
 use super::stack::Stack;
 use alloc::format;
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 use wire::ethernet::Mac;
@@ -20,6 +21,11 @@ pub fn port_mac(station: Mac, number: u16) -> Mac {
     let Mac([a, b, c, d, e, f]) = station;
     let [_, d, e, f] = (u32::from_be_bytes([0, d, e, f]) + u32::from(number)).to_be_bytes();
     Mac([a, b, c, d, e, f])
+}
+
+/// The name of the port at `subslot`.
+pub(super) fn port_name(subslot: u16) -> String {
+    format!("port-{:03}", subslot - INTERFACE_SUBSLOT)
 }
 
 impl Stack {
@@ -46,14 +52,14 @@ impl Stack {
         let is_linked = plug.subslot == PORT_SUBSLOT;
         let peers = self.neighbour().filter(|_| is_linked).map(|neighbour| Peer {
             port: neighbour.port.clone(),
-            chassis: if neighbour.name.is_empty() { neighbour.mac_as_name() } else { neighbour.name.clone() },
+            chassis: neighbour.chassis().into_owned(),
             line_delay: 0,
             mac: neighbour.mac,
         });
         Some(PortDataReal {
             slot: place.slot,
             subslot: place.subslot,
-            port: format!("port-{:03}", plug.subslot - INTERFACE_SUBSLOT).into_bytes(),
+            port: port_name(plug.subslot).into_bytes(),
             peers: peers.into_iter().collect(),
             mau_type: if is_linked { FAST_ETHERNET } else { 0 },
             domain_boundary: self.domain_boundary(place),

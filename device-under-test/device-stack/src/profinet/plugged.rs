@@ -1,7 +1,7 @@
 //! The plugged submodules, and their comparison with the expected configuration of a Connect.
 
 use super::hooks::AttachedStackHooks;
-use crate::profinet::{IoIdentity, PluggableSubmodule};
+use crate::profinet::{IoIdentity, PluggableSubmodule, RecordAccess};
 use alloc::vec::Vec;
 use wire::profinet::blocks::connect::{ExpectedModule, SubmoduleProperties, SubmoduleType};
 use wire::profinet::blocks::module_diff::{
@@ -32,6 +32,12 @@ pub(super) struct SubmoduleAddress {
 impl From<&PluggableSubmodule> for SubmoduleAddress {
     fn from(plug: &PluggableSubmodule) -> SubmoduleAddress {
         SubmoduleAddress { api: plug.api, slot: plug.slot, subslot: plug.subslot }
+    }
+}
+
+impl From<RecordAccess> for SubmoduleAddress {
+    fn from(access: RecordAccess) -> SubmoduleAddress {
+        SubmoduleAddress { api: access.api, slot: access.slot, subslot: access.subslot }
     }
 }
 
@@ -203,12 +209,10 @@ impl PluggedConfiguration {
         let known = self.offered.iter().position(|offered| *offered == plug).and_then(|at| self.possible.get(at));
         let right = known.copied().filter(|known| SubmoduleAddress::from(known) == place);
         let plug = right.unwrap_or(plug);
-        self.real.retain(|real| SubmoduleAddress::from(real) != place);
+        self.pull(place);
         self.real.push(plug);
-        match right {
-            Some(_) => self.pulled.retain(|pulled| *pulled != place),
-            None if self.pulled.contains(&place) => {}
-            None => self.pulled.push(place),
+        if right.is_some() {
+            self.pulled.retain(|pulled| *pulled != place);
         }
         (plug, right.is_some())
     }

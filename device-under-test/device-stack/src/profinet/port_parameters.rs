@@ -170,8 +170,8 @@ impl Stack {
         let detail = match self.neighbour().filter(|_| port.subslot == PORT_SUBSLOT) {
             None => NO_PEER,
             Some(neighbour) => {
-                let station = if neighbour.name.is_empty() { neighbour.mac_as_name() } else { neighbour.name.clone() };
-                let is_same_station = self.hooks.check(StackCheck::PeerStation, station == *expected_station);
+                let is_same_station = *neighbour.chassis() == expected_station[..];
+                let is_same_station = self.hooks.check(StackCheck::PeerStation, is_same_station);
                 let is_same_port = self.hooks.check(StackCheck::PeerPort, neighbour.port == *expected_port);
                 match (is_same_station, is_same_port) {
                     (false, _) => OTHER_STATION,

@@ -152,7 +152,7 @@ impl Stack {
         about: Option<usize>,
         out: &mut Vec<u8>,
     ) -> Result<(), RecordError> {
-        let place = submodule_address(access);
+        let place = SubmoduleAddress::from(access);
         let connection = about.and_then(|at| self.ars.get(at)).filter(|ar| ar.exchange.is_some());
         let scope = match width {
             RecordReach::Subslot => RecordScope::Subslot(place),
@@ -228,7 +228,7 @@ impl Stack {
     fn write_own_record(&mut self, access: RecordAccess, subject: StackRecord, data: &[u8]) -> Result<(), RecordError> {
         self.check_place(access)?;
         if let StackRecord::PortParameters(record) = subject {
-            return self.write_port(submodule_address(access), record, data);
+            return self.write_port(access.into(), record, data);
         }
         let StackRecord::Im(number @ 1..) = subject else { return Err(RecordError::ACCESS_DENIED) };
         if self.retained.texts.get(&self.identity, number).is_none() {
@@ -254,20 +254,16 @@ impl Stack {
 
     /// Checks that a submodule is plugged at the address of the record.
     fn check_place(&self, access: RecordAccess) -> Result<(), RecordError> {
-        let place = submodule_address(access);
+        let place = SubmoduleAddress::from(access);
         let is_plugged = self.hooks.check(StackCheck::Plugged(access), self.plugged.at(place).is_some());
         if is_plugged { Ok(()) } else { Err(self.refused_place(place)) }
     }
 
-    /// The error for a record at `submodule_address`, where nothing is plugged.
+    /// The error for a record at `place`, where nothing is plugged.
     fn refused_place(&self, place: SubmoduleAddress) -> RecordError {
         let knows_api = self.plugged.all().iter().any(|plug| plug.api == place.api);
         if knows_api { RecordError::INVALID_SLOT } else { RecordError::INVALID_AREA }
     }
-}
-
-fn submodule_address(access: RecordAccess) -> SubmoduleAddress {
-    SubmoduleAddress { api: access.api, slot: access.slot, subslot: access.subslot }
 }
 
 fn error(refusal: RecordRefusal) -> RecordError {

@@ -131,16 +131,7 @@ impl ConversationState<'_> {
             Address::Mac(_) => None,
         });
         // Whether a block is an alarm depends on DP-V1, and the bytes show it anyway.
-        let is_left_out = |name: &DiagnosisName| {
-            matches!(
-                name,
-                DiagnosisName::Bytes
-                    | DiagnosisName::AlarmType
-                    | DiagnosisName::AlarmSlot
-                    | DiagnosisName::AlarmChange
-                    | DiagnosisName::AlarmSpecifier
-            )
-        };
+        let is_left_out = |name: &DiagnosisName| matches!(name, DiagnosisName::Bytes | DiagnosisName::Alarm(_));
         let named = DiagnosisName::words().map(|(_, name)| name).filter(|name| !is_left_out(name));
         let names = named.chain((0..layout.fields.len()).map(DiagnosisName::Field));
         let mut said = Vec::new();

@@ -6,7 +6,6 @@
 
 use super::connection::ArConfig;
 use super::outcome::ArEnd;
-use super::plug::needs_parameters;
 use super::state::{AwaitedEvent, Wait};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
@@ -14,7 +13,7 @@ use core::time::Duration;
 use station::{Outbox, Time};
 use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan, pad};
 use wire::octets::Append;
-use wire::profinet::alarm::{AlarmAck, AlarmPriority, RtaBody, RtaHeader, RtaKind, RtaPdu};
+use wire::profinet::alarm::{AlarmAck, AlarmNotification, AlarmPriority, RtaBody, RtaHeader, RtaKind, RtaPdu};
 use wire::profinet::status::{AbortReason, PnioStatus};
 
 /// The unit of RTATimeoutFactor.
@@ -43,8 +42,6 @@ pub(super) struct ControllerAlarms {
     pub(super) acknowledge: AlarmAcknowledge,
     ends: AlarmCrAddresses,
     channels: [AlarmPriorityChannel; 2],
-    /// The sequence numbers of acknowledged alarms about submodules that wait for parameters.
-    plugged: Vec<u16>,
 }
 
 /// Addresses, references and timing of the two alarm endpoints.
@@ -120,13 +117,7 @@ impl ControllerAlarms {
             acknowledge: AlarmAcknowledge::Given,
             ends,
             channels: [AlarmPriorityChannel::new(AlarmPriority::Low), AlarmPriorityChannel::new(AlarmPriority::High)],
-            plugged: Vec::new(),
         }
-    }
-
-    /// Takes the sequence numbers of the acknowledged alarms that parameters follow.
-    pub(super) fn take_plugged(&mut self) -> Vec<u16> {
-        core::mem::take(&mut self.plugged)
     }
 
     /// When something must be sent: a repetition, or at once the acknowledgements withheld so far.
@@ -139,7 +130,8 @@ impl ControllerAlarms {
         self.channels.iter().filter_map(due).min()
     }
 
-    /// Processes the part after the frame ID of an alarm frame from `from`; returns the end of the AR if the frame ends it.
+    /// Processes the part after the frame ID of an alarm frame from `from`; returns a new alarm that is acknowledged, or the end of the
+    /// AR if the frame ends it.
     pub(super) fn receive(
         &mut self,
         now: Time,
@@ -147,35 +139,36 @@ impl ControllerAlarms {
         priority: AlarmPriority,
         octets: &[u8],
         out: &mut Outbox,
-    ) -> Option<ArEnd> {
-        let ControllerAlarms { acknowledge, ends, channels, plugged } = self;
-        let pdu = RtaPdu::parse(octets).ok().filter(|_| from == ends.device)?;
+    ) -> Result<Option<AlarmNotification>, ArEnd> {
+        let ControllerAlarms { acknowledge, ends, channels } = self;
+        let Some(pdu) = RtaPdu::parse(octets).ok().filter(|_| from == ends.device) else { return Ok(None) };
         // An ERR-RTA counts whatever endpoint it names as its sender: a device that has lost the AR may have lost the number as
         // well.
         let from_peer = pdu.header.src_endpoint == ends.device_reference || pdu.header.kind == RtaKind::ERR;
         if pdu.header.dst_endpoint != ends.own_reference || !from_peer || pdu.header.version != 1 {
-            return None;
+            return Ok(None);
         }
-        let channel = channels.iter_mut().find(|channel| channel.priority == priority)?;
-        match (pdu.header.kind, pdu.body) {
-            (_, RtaBody::Error { status, .. }) => return Some(ArEnd::Aborted(status)),
-            (RtaKind::DATA, _) if *acknowledge == AlarmAcknowledge::Held => return None,
-            (RtaKind::DATA, body) => {
-                let sequence = channel.data(ends, pdu.header.send_seq_num, body, out);
-                plugged.extend(sequence.filter(|_| *acknowledge == AlarmAcknowledge::Given));
+        let Some(channel) = channels.iter_mut().find(|channel| channel.priority == priority) else { return Ok(None) };
+        let alarm = match (pdu.header.kind, pdu.body) {
+            (_, RtaBody::Error { status, .. }) => return Err(ArEnd::Aborted(status)),
+            (RtaKind::DATA, _) if *acknowledge == AlarmAcknowledge::Held => return Ok(None),
+            (RtaKind::DATA, body) => channel.data(ends, pdu.header.send_seq_num, body, out),
+            (RtaKind::ACK, _) => {
+                channel.acknowledged(pdu.header.ack_seq_num);
+                None
             }
-            (RtaKind::ACK, _) => channel.acknowledged(pdu.header.ack_seq_num),
-            _ => {}
+            _ => None,
+        };
+        if *acknowledge != AlarmAcknowledge::Given {
+            return Ok(None);
         }
-        if *acknowledge == AlarmAcknowledge::Given {
-            channel.send_next(now, ends, out);
-        }
-        None
+        channel.send_next(now, ends, out);
+        Ok(alarm)
     }
 
     /// Repeats what is due; returns the end of the AR if the device did not acknowledge in time.
     pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Option<ArEnd> {
-        let ControllerAlarms { acknowledge, ends, channels, .. } = self;
+        let ControllerAlarms { acknowledge, ends, channels } = self;
         if *acknowledge == AlarmAcknowledge::Given {
             channels.iter_mut().for_each(|channel| channel.send_next(now, ends, out));
         }
@@ -208,8 +201,14 @@ impl AlarmPriorityChannel {
         RtaHeader::new(kind, ends.device_reference, ends.own_reference, send, self.taken)
     }
 
-    /// Processes a DATA PDU; returns the sequence number of a new alarm that parameters follow.
-    fn data(&mut self, ends: &AlarmCrAddresses, sequence: u16, body: RtaBody, out: &mut Outbox) -> Option<u16> {
+    /// Processes a DATA PDU; returns a new alarm.
+    fn data(
+        &mut self,
+        ends: &AlarmCrAddresses,
+        sequence: u16,
+        body: RtaBody,
+        out: &mut Outbox,
+    ) -> Option<AlarmNotification> {
         let new = sequence == self.expected;
         if new {
             (self.taken, self.expected) = (sequence, following(sequence));
@@ -222,7 +221,7 @@ impl AlarmPriorityChannel {
             return None;
         }
         self.waiting.push_back(alarm.acknowledgement(PnioStatus::OK));
-        needs_parameters(&alarm).then(|| alarm.specifier.sequence_number())
+        Some(alarm)
     }
 
     fn acknowledged(&mut self, sequence: u16) {

@@ -103,6 +103,22 @@ pub(super) struct ActiveAr {
     pub(super) plugs: PluggedSubmodules,
 }
 
+impl ActiveAr {
+    /// The device, called in the AR or beside it.
+    pub(super) fn callee(&self, activity: Uuid, sequence: u32, opnum: Opnum) -> CallTarget {
+        CallTarget {
+            partner: self.partner,
+            object: self.object,
+            interface: Uuid::DEVICE_INTERFACE,
+            interface_version: 1,
+            activity,
+            sequence,
+            opnum,
+            order: self.order,
+        }
+    }
+}
+
 /// Why a call was not answered with success.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum CallRefusal {
@@ -123,6 +139,22 @@ pub(super) struct CallTarget {
     pub(super) sequence: u32,
     pub(super) opnum: Opnum,
     pub(super) order: ByteOrder,
+}
+
+impl CallTarget {
+    /// The header of the request.
+    pub(super) fn header(&self) -> RpcHeader {
+        RpcHeader {
+            flags1: Flags1::IDEMPOTENT,
+            object: self.object,
+            interface: self.interface,
+            interface_version: self.interface_version,
+            activity: self.activity,
+            sequence: self.sequence,
+            opnum: self.opnum,
+            ..RpcHeader::new(PacketType::REQUEST, self.order)
+        }
+    }
 }
 
 impl ControllerContext {
@@ -258,18 +290,8 @@ impl ControllerContext {
         out: &mut Outbox,
     ) -> bool {
         let Some(ar) = &mut self.ar else { return false };
-        let sequence = ar.sequence;
+        let callee = ar.callee(ar.activity, ar.sequence, opnum);
         ar.sequence += 1;
-        let callee = CallTarget {
-            partner: ar.partner,
-            object: ar.object,
-            interface: Uuid::DEVICE_INTERFACE,
-            interface_version: 1,
-            activity: ar.activity,
-            sequence,
-            opnum,
-            order: ar.order,
-        };
         self.call(now, what, callee, &NdrRequest::body(callee.order, maximum, blocks), out);
         self.call_in_ar = true;
         true
@@ -277,18 +299,8 @@ impl ControllerContext {
 
     /// Begins a call outside the AR; discards a previous one.
     pub(super) fn call(&mut self, now: Time, what: AwaitedEvent, callee: CallTarget, body: &[u8], out: &mut Outbox) {
-        let header = RpcHeader {
-            flags1: Flags1::IDEMPOTENT,
-            object: callee.object,
-            interface: callee.interface,
-            interface_version: callee.interface_version,
-            activity: callee.activity,
-            sequence: callee.sequence,
-            opnum: callee.opnum,
-            ..RpcHeader::new(PacketType::REQUEST, callee.order)
-        };
         self.call_in_ar = false;
-        self.call = Some(ControllerCall::new(what, (self.own, callee.partner), header, body, now, out));
+        self.call = Some(ControllerCall::new(what, (self.own, callee.partner), callee.header(), body, now, out));
     }
 }
 

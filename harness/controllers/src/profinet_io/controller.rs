@@ -8,6 +8,7 @@ use super::exchange::InputSample;
 use super::http::Browser;
 use super::jobs::{self, ControllerJob, IoParameterJob, Lookup};
 use super::outcome::{ArEnd, ArReleaseOutcome, CallError, ControllerOutcome, IoParameterOutcome, IoRecordOutcome};
+use super::plug::needs_parameters;
 use super::request::{ControllerBusy, ControllerRequest, ControllerSettings, DcpResetForm, IdentifyBy, Partner};
 use super::startup::{ArStartUpJob, send_write};
 use super::state::ArState;
@@ -155,7 +156,9 @@ impl Controller {
                 Ok(ControllerJob::RawDcp { to, service: request.service, xid, since: now })
             }
             ControllerRequest::RawCall { partner, call } => Ok(raw::call(context, now, partner, &call, out)),
-            ControllerRequest::Snmp { partner, request } => Ok(snmp::ask(context, now, partner, request, out)),
+            ControllerRequest::Snmp { partner, octets, gets_id } => {
+                Ok(snmp::ask(context, now, partner, (octets, gets_id), out))
+            }
             ControllerRequest::DcpSignal { to } => {
                 let xid = context.ids.xid();
                 Ok(dcp(context, now, to, Dcp::signal(xid), out))
@@ -277,17 +280,12 @@ impl Controller {
                 }
             }
             FrameKind::AlarmHigh | FrameKind::AlarmLow if header.destination == self.context.own.mac => {
-                let (Some(alarms), Some(priority)) =
-                    (ar.and_then(|ar| ar.alarms.as_mut()), AlarmPriority::from_frame_id(frame_id.0))
-                else {
-                    return;
-                };
-                if let Some(end) = alarms.receive(now, header.source, priority, &payload[2..], out) {
-                    return self.ended(now, end, out);
-                }
-                let plugged = alarms.take_plugged();
-                if let Some(ar) = &mut self.context.ar {
-                    ar.plugs.add(now, plugged);
+                let (Some(ar), Some(priority)) = (ar, AlarmPriority::from_frame_id(frame_id.0)) else { return };
+                let Some(alarms) = &mut ar.alarms else { return };
+                match alarms.receive(now, header.source, priority, &payload[2..], out) {
+                    Err(end) => self.ended(now, end, out),
+                    Ok(Some(alarm)) if needs_parameters(&alarm) => ar.plugs.add(now, alarm.specifier.sequence_number()),
+                    Ok(_) => {}
                 }
             }
             FrameKind::DcpIdentifyRequest | FrameKind::DcpIdentifyResponse | FrameKind::DcpGetSet => {

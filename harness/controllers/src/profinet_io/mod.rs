@@ -48,5 +48,4 @@ pub use outcome::{
 };
 pub use raw::{RawActivity, RawAnswer, RawBody, RawCall, RawDcpRequest, RawObject};
 pub use request::{ControllerBusy, ControllerRequest, ControllerSettings, DcpResetForm, IdentifyBy, Partner};
-pub use snmp::SnmpRequest;
 pub use state::{ArStartUpStage, ArState, AwaitedEvent, Wait};

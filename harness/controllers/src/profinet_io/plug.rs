@@ -4,18 +4,17 @@
 //! The start records of the submodule are not written again: no device of the suites has start records and exchangeable modules. A
 //! refused PrmEnd changes nothing, since the submodule then stays as it is.
 
-use super::call::{ControllerCall, RpcCallResult};
+use super::call::ControllerCall;
 use super::context::{ARGS_MAXIMUM, ControllerContext};
 use super::state::AwaitedEvent;
 use alloc::collections::VecDeque;
-use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Time};
 use wire::datagram::Datagram;
 use wire::profinet::alarm::{AlarmNotification, AlarmType};
 use wire::profinet::blocks::BlockType;
-use wire::profinet::blocks::control::{ControlBlock, ControlBlocks};
-use wire::profinet::rpc::{Flags1, NdrRequest, Opnum, PacketType, RpcHeader, Uuid};
+use wire::profinet::blocks::control::{ControlBlock, ControlBlocks, ControlCommand};
+use wire::profinet::rpc::{NdrRequest, Opnum};
 
 /// The submodules of an AR whose parameters have to be ended.
 #[derive(Debug)]
@@ -37,9 +36,9 @@ impl PluggedSubmodules {
         PluggedSubmodules { pause, waiting: VecDeque::new(), call: None }
     }
 
-    /// Adds submodules by the sequence numbers of their alarms.
-    pub(super) fn add(&mut self, now: Time, sequences: Vec<u16>) {
-        self.waiting.extend(sequences.into_iter().map(|sequence| (now + self.pause, sequence)));
+    /// Adds a submodule by the sequence number of its alarm.
+    pub(super) fn add(&mut self, now: Time, sequence: u16) {
+        self.waiting.push_back((now + self.pause, sequence));
     }
 
     /// When something has to be sent.
@@ -52,15 +51,7 @@ impl PluggedSubmodules {
 
     /// Processes a datagram; returns whether it ended the PrmEnd.
     pub(super) fn receive(&mut self, now: Time, datagram: &Datagram, out: &mut Outbox) -> bool {
-        let ended = self.call.as_mut().and_then(|call| call.receive(now, datagram, out));
-        self.end_with(ended)
-    }
-
-    fn end_with(&mut self, ended: Option<RpcCallResult>) -> bool {
-        if ended.is_some() {
-            self.call = None;
-        }
-        ended.is_some()
+        self.call.take_if(|call| call.receive(now, datagram, out).is_some()).is_some()
     }
 }
 
@@ -68,24 +59,18 @@ impl ControllerContext {
     /// Sends the PrmEnd that is due, or repeats one that is not answered.
     pub(super) fn wake_plugs(&mut self, now: Time, out: &mut Outbox) {
         let ControllerContext { own, ids, ar: Some(ar), .. } = self else { return };
-        let ended = ar.plugs.call.as_mut().and_then(|call| call.wake(now, out));
-        ar.plugs.end_with(ended);
+        ar.plugs.call.take_if(|call| call.wake(now, out).is_some());
         if ar.plugs.call.is_some() {
             return;
         }
         let Some((_, sequence)) = ar.plugs.waiting.front().copied().filter(|(due, _)| *due <= now) else { return };
         ar.plugs.waiting.pop_front();
-        let mut block = ControlBlock::prm_end(ar.names.uuid, ar.names.session_key);
-        block.header.kind = BlockType::PLUG_PRM_END_REQ;
-        block.alarm_sequence_number = sequence;
-        let header = RpcHeader {
-            flags1: Flags1::IDEMPOTENT,
-            object: ar.object,
-            interface: Uuid::DEVICE_INTERFACE,
-            activity: ids.uuid(),
-            opnum: Opnum::CONTROL,
-            ..RpcHeader::new(PacketType::REQUEST, ar.order)
+        let (uuid, key) = (ar.names.uuid, ar.names.session_key);
+        let block = ControlBlock {
+            alarm_sequence_number: sequence,
+            ..ControlBlock::request(BlockType::PLUG_PRM_END_REQ, uuid, key, ControlCommand::PRM_END)
         };
+        let header = ar.callee(ids.uuid(), 0, Opnum::CONTROL).header();
         let body = NdrRequest::body(ar.order, ARGS_MAXIMUM, &ControlBlocks::from(block).to_vec());
         let ends = (*own, ar.partner);
         ar.plugs.call = Some(ControllerCall::new(AwaitedEvent::ParameterEnd, ends, header, &body, now, out));

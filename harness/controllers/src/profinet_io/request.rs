@@ -3,7 +3,6 @@
 use super::broken::DamagedIoFrame;
 use super::connection::{ArConfig, RecordAddress, StartUpRecord};
 use super::raw::{RawCall, RawDcpRequest};
-use super::snmp::SnmpRequest;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
@@ -103,12 +102,14 @@ pub enum ControllerRequest {
         /// The PDU.
         call: RawCall,
     },
-    /// An SNMP request, right or not. Returns [`ControllerOutcome::Snmp`](super::ControllerOutcome::Snmp).
+    /// An SNMP request. Returns [`ControllerOutcome::Snmp`](super::ControllerOutcome::Snmp).
     Snmp {
         /// The device.
         partner: Partner,
-        /// The request.
-        request: SnmpRequest,
+        /// The payload of the datagram, right or not.
+        octets: Vec<u8>,
+        /// Whether a message gets a request ID of the controller.
+        gets_id: bool,
     },
     /// DCP Set that makes the device flash its LED once (Signal). Returns [`ControllerOutcome::Dcp`](super::ControllerOutcome::Dcp).
     DcpSignal {

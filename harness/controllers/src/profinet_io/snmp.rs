@@ -13,18 +13,6 @@ use wire::snmp::{PORT, SnmpMessage, SnmpPduKind};
 
 /// The source port of requests.
 pub(super) const MANAGER_PORT: u16 = 49_161;
-/// How long the response to a request is awaited; the request is sent once.
-const RESPONSE_WAIT: Duration = Duration::from_secs(2);
-
-/// An SNMP request.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum SnmpRequest {
-    /// A message; its request ID is replaced by one of the controller.
-    Message(SnmpMessage),
-    /// The payload of a datagram, right or not.
-    Octets(Vec<u8>),
-}
-
 /// A request that waits for its response.
 #[derive(Debug)]
 pub(super) struct SnmpJob {
@@ -35,12 +23,12 @@ pub(super) struct SnmpJob {
 }
 
 impl SnmpJob {
-    /// How long it waits.
-    pub(super) const WAIT: Duration = RESPONSE_WAIT;
+    /// How long the response is awaited; the request is sent once.
+    pub(super) const WAIT: Duration = Duration::from_secs(2);
 
     /// When it gives up.
     pub(super) fn until(&self) -> Time {
-        self.since + RESPONSE_WAIT
+        self.since + SnmpJob::WAIT
     }
 
     /// The response in a datagram, if it is one: version, community and request ID are those of the request (RFC 1157, 4.1.5).
@@ -57,21 +45,21 @@ impl SnmpJob {
     }
 }
 
-/// Sends a request and begins to wait for its response.
+/// Sends the payload of a request and begins to wait for its response; with `gets_id` its request ID is replaced by one of the controller.
 pub(super) fn ask(
     context: &mut ControllerContext,
     now: Time,
     partner: Partner,
-    request: SnmpRequest,
+    (octets, gets_id): (Vec<u8>, bool),
     out: &mut Outbox,
 ) -> ControllerJob {
-    let (request, payload) = match request {
-        SnmpRequest::Message(message) => {
-            let message = SnmpMessage { request_id: (context.ids.xid() >> 1) as i32, ..message };
-            let payload = message.to_vec();
-            (Some(message), payload)
+    let mut request = SnmpMessage::parse(&octets).ok();
+    let payload = match &mut request {
+        Some(message) if gets_id => {
+            message.request_id = (context.ids.xid() >> 1) as i32;
+            message.to_vec()
         }
-        SnmpRequest::Octets(octets) => (SnmpMessage::parse(&octets).ok(), octets),
+        _ => octets,
     };
     send((context.own, MANAGER_PORT), (partner, PORT), &payload, out);
     ControllerJob::Snmp(SnmpJob { device: partner.mac, request, since: now })

@@ -308,9 +308,9 @@ fn prepare_profibus_slave(
 }
 
 /// Queries the abilities of the stand's control channel, once, before any frame is sent.
-fn query_stand_abilities(bench: &BenchFile, offers: &mut Option<Vec<String>>) -> Result<(), String> {
+fn query_stand_abilities(bench: &BenchFile, offers: &mut Option<Vec<String>>) -> Result<Option<Vec<String>>, String> {
     *offers = LiveStand::new(&bench.stand).offers()?;
-    Ok(())
+    Ok(offers.clone())
 }
 
 /// Loads the suite that the device claims to implement, with the times of the bench.

@@ -2,11 +2,16 @@
 
 use controllers::profinet_io::{
     ArConfig, ArStartUpResult, ConnectSubmodule, Controller, ControllerOutcome, ControllerRequest, ControllerSettings,
-    DeviceAddress,
+    DeviceAddress, IdentifiedStation, IdentifyBy,
 };
+use encspec::live::preflight;
+use encspec::results::bench_file::LinkSpec;
+use link::lines::LineClient;
 use link::{Wire, namespace};
 use station::{Duration, Station, Time};
 use std::net::Ipv4Addr;
+use std::time::Instant;
+use testing::Folder;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
@@ -17,6 +22,10 @@ pub const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
 
 /// The time between two checks whether a run is done.
 const POLL: Duration = Duration::from_millis(5);
+/// How long a device may take to answer after power-on.
+pub const PATIENCE: Duration = Duration::from_secs(30);
+/// How long answers to an Identify are collected.
+const IDENTIFY: Duration = Duration::from_millis(400);
 /// How long a request may take.
 const TIMEOUT: Duration = Duration::from_secs(60);
 
@@ -99,6 +108,46 @@ pub fn ask(
     let mut idle = |controllers: &mut [Controller]| controllers.iter().all(|controller| !controller.is_busy());
     assert!(run(wire, controllers, TIMEOUT, &mut idle, &mut |_, _| {}), "a request did not finish");
     controllers.iter_mut().map(|controller| controller.take_outcome().expect("an outcome")).collect()
+}
+
+/// The outcome of one request.
+pub fn ask_one(wire: &mut Wire, controllers: &mut [Controller; 1], request: ControllerRequest) -> ControllerOutcome {
+    ask(wire, controllers, vec![request]).remove(0)
+}
+
+/// A controller at a link, for requests of the test.
+pub fn controller_at(link: &LinkSpec) -> (Wire, [Controller; 1]) {
+    let port = preflight::open(link).unwrap_or_else(|why| panic!("{why}"));
+    (Wire::new(port), [controller(0)])
+}
+
+/// The only station, once it answers.
+pub fn identify(wire: &mut Wire, controllers: &mut [Controller; 1]) -> IdentifiedStation {
+    let begin = Instant::now();
+    loop {
+        let request = ControllerRequest::Identify { by: IdentifyBy::All, wait: IDENTIFY };
+        if let ControllerOutcome::Stations(stations) = ask_one(wire, controllers, request)
+            && let [station] = stations.as_slice()
+        {
+            return station.clone();
+        }
+        assert!(begin.elapsed() < PATIENCE, "the device does not answer");
+    }
+}
+
+/// Sends commands to the stand of the served device, whose control channel is `control` in the folder.
+pub fn act(folder: &Folder, commands: &[&str]) {
+    let mut stand = LineClient::connect(&folder.join("control")).expect("the control channel");
+    for command in commands {
+        let answer = stand.request(command, PATIENCE).expect("an answer");
+        assert!(answer.starts_with("ok"), "{answer}");
+    }
+}
+
+/// All lines of the journals in a folder.
+pub fn journal(folder: &Folder) -> String {
+    let files = std::fs::read_dir(folder.join("encspec-journal")).into_iter().flatten().flatten();
+    files.map(|file| std::fs::read_to_string(file.path()).unwrap_or_default()).collect()
 }
 
 /// The start-up in an outcome.

@@ -102,36 +102,29 @@ fn a_device_in_use_by_another_process_is_reported() {
     assert!(free.err.contains("interface"), "{}", free.err);
 }
 
-/// The words of the commands below `above` as its help lists them, with those below each of them.
-fn commands_below(folder: &Folder, above: &[&str]) -> Vec<Vec<String>> {
+/// The words of each command below `above` that has no others below it, and its help.
+fn helps_below(folder: &Folder, above: &[&str]) -> Vec<(String, String)> {
     let help = encspec(folder, &[above, &["--help"]].concat());
     assert_eq!(help.status, Some(0), "{}", help.err);
     let listed = help.out.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
     // A description that goes on in the next line is indented more.
     let names = listed.filter_map(|line| line.strip_prefix("  ")).filter(|line| !line.starts_with(' '));
     let names = names.filter_map(|line| line.split(' ').next()).filter(|name| *name != "help");
-    let of = |name: &str| {
-        let words = [above, &[name]].concat();
-        let below = commands_below(folder, &words);
-        if below.is_empty() { vec![words.into_iter().map(str::to_owned).collect()] } else { below }
-    };
-    names.flat_map(of).collect()
+    let below: Vec<_> = names.flat_map(|name| helps_below(folder, &[above, &[name]].concat())).collect();
+    if below.is_empty() { vec![(above.join(" "), help.out)] } else { below }
 }
 
 #[test]
 fn each_command_has_help_with_examples_that_it_understands() {
     let folder = Folder::new("help");
-    let commands = commands_below(&folder, &[]);
-    assert!(commands.len() > 25, "{commands:?}");
-    for command in &commands {
-        let words: Vec<&str> = command.iter().map(String::as_str).chain(["--help"]).collect();
-        let help = encspec(&folder, &words);
-        assert_eq!(help.status, Some(0));
-        assert!(help.out.contains("Usage: encspec"), "{}", help.out);
-        let begin = format!("encspec {}", command.join(" "));
-        let example = help.out.lines().map(|line| line.trim_start_matches("Example: ").trim_start());
+    let helps = helps_below(&folder, &[]);
+    assert!(helps.len() > 25, "{helps:?}");
+    for (command, help) in &helps {
+        assert!(help.contains("Usage: encspec"), "{help}");
+        let begin = format!("encspec {command}");
+        let example = help.lines().map(|line| line.trim_start_matches("Example: ").trim_start());
         let examples: Vec<&str> = example.filter(|line| line.starts_with(&begin)).collect();
-        assert!(help.out.contains("\nExample") && !examples.is_empty(), "{begin} has no example:\n{}", help.out);
+        assert!(help.contains("\nExample") && !examples.is_empty(), "{begin} has no example:\n{help}");
         for example in examples {
             // The shell takes what follows `>`; `--help` ends a command whose words are right, but is one more word of `control`.
             let words = example.split(" > ").next().unwrap_or(example).split(' ').skip(1).chain(["--help"]);

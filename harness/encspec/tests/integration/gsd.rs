@@ -159,7 +159,8 @@ fn damaged_files_do_not_panic() {
 /// Guideline 2.122, Min_Slave_Intervall: in units of 100 us.
 #[test]
 fn polls_are_at_least_min_slave_interval_apart() {
-    let (_, text) = suites::gsd().iter().find(|(path, _)| path.starts_with("dp-slave/")).expect("it is shipped");
+    let (_, text, _) = files().find(|(path, ..)| path.starts_with("dp-slave/")).expect("it is shipped");
+    assert!(text.contains("Min_Slave_Intervall=1\n"));
     let manual = manuals().iter().find(|of| of.device.name == "dp-slave").unwrap();
     let usual = manual.variants[0].trials.iter().find_map(|trial| trial.start()).unwrap();
     let polls = |interval: &str, cycle: u64| {

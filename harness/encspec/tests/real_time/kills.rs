@@ -4,19 +4,19 @@
 //! continued where it ended.
 
 use crate::common::program::{self, ServeProcess};
-use crate::common::served::{ask, assert_standing, connection, controller, private_network};
+use crate::common::served::{
+    PATIENCE, act, ask_one, assert_standing, connection, controller_at, identify, journal, private_network,
+};
 use crate::tests;
 use controllers::profibus_dp::{MasterOutcome, MasterRequest, MasterSettings, ProfibusMaster};
 use controllers::profinet_io::{
     ArConfig, ConnectSubmodule, Controller, ControllerOutcome, ControllerRequest, DcpOutcome, DeviceAddress,
-    IdentifiedStation, IdentifyBy, IoParameterOutcome, IoRecordOutcome, RecordAddress,
+    IoParameterOutcome, IoRecordOutcome, RecordAddress,
 };
 use controllers::random::SplitMix64;
 use encspec::live::fdl::FdlFrames;
-use encspec::live::preflight;
 use encspec::results::bench_file::LinkSpec;
 use libtest_mimic::Trial;
-use link::lines::LineClient;
 use link::{Serial, SerialBus, SerialSettings, Wire};
 use std::fs::File;
 use std::net::Ipv4Addr;
@@ -41,12 +41,8 @@ const NUMBERS: &str = "ENCSPEC_KILLS";
 const NAME: &str = "pump-7";
 /// How often the restore is tried: a host that stalls may lose a connection.
 const RESTORES: usize = 3;
-/// How long a device may take to answer after power-on.
-const PATIENCE: Duration = Duration::from_secs(30);
 /// How long a slave may take that is perhaps at another address.
 const AWAITED: Duration = Duration::from_secs(4);
-/// How long answers to an Identify are collected.
-const IDENTIFY: Duration = Duration::from_millis(400);
 /// The preset value P65000 that the device has stored before the run.
 const PRESET_VALUE: [u8; 4] = [0, 0, 0x12, 0x34];
 
@@ -141,7 +137,7 @@ fn kill(victim: Victim, number: u64) {
         wait_for("the first case", || {
             let said = || std::fs::read_to_string(bench.folder.join("run.txt")).unwrap_or_default();
             assert_eq!(run.try_wait().expect("its status"), None, "the run ended early: {}", said());
-            bench.journal().contains("\"verdict\"").then_some(())
+            journal(&bench.folder).contains("\"verdict\"").then_some(())
         });
     }
     let begin = Instant::now();
@@ -150,7 +146,7 @@ fn kill(victim: Victim, number: u64) {
     }
     run.kill().expect("the process can be killed");
     run.wait().expect("its end");
-    let before = bench.journal();
+    let before = journal(&bench.folder);
     let mut said = String::new();
     let is_restored = (0..RESTORES).any(|_| {
         let restored = program::encspec(&bench.folder, &["bench", "restore", "--stand"]);
@@ -170,11 +166,11 @@ fn a_slave_is_found_at_another_address_and_moved_back() {
     let mut run =
         program::command(bench.folder.path(), &["run", "--dut", "bench.yaml", "--no-evidence", "/slave-address/"]);
     let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the binary");
-    wait_for("the first case", || bench.journal().contains("\"verdict\"").then_some(()));
+    wait_for("the first case", || journal(&bench.folder).contains("\"verdict\"").then_some(()));
     run.kill().expect("the process can be killed");
     run.wait().expect("its end");
     // With its switches at 126 the slave takes addresses over the bus.
-    bench.control(&["power down", "switch address 126", "power up"]);
+    act(&bench.folder, &["power down", "switch address 126", "power up"]);
     let line = bench.folder.join("line");
     let address = |address| SetSlaveAddress { address, ident: 0x1655, no_change: 0, slave_data: Vec::new() };
     let from = if slave_answers(&line, 126, AWAITED) { 126 } else { 8 };
@@ -227,12 +223,6 @@ impl KillBench {
         KillBench { folder, victim, link, ip, is_permanent, _serving: serving }
     }
 
-    /// All lines of the journals.
-    fn journal(&self) -> String {
-        let files = std::fs::read_dir(self.folder.join("encspec-journal")).into_iter().flatten().flatten();
-        files.map(|file| std::fs::read_to_string(file.path()).unwrap_or_default()).collect()
-    }
-
     fn link(&self) -> LinkSpec {
         let (kind, address) = self.link.split_once(':').expect("a link");
         LinkSpec::of(kind, address).expect("a link")
@@ -240,8 +230,7 @@ impl KillBench {
 
     /// A controller at the link, for requests of the test.
     fn controller(&self) -> (Wire, [Controller; 1]) {
-        let port = preflight::open(&self.link()).unwrap_or_else(|why| panic!("{why}"));
-        (Wire::new(port), [controller(0)])
+        controller_at(&self.link())
     }
 
     /// Gives the device an address with a gateway, plant tags, and a parameter that is not the default.
@@ -314,16 +303,7 @@ impl KillBench {
     }
 
     fn cycle_power(&self) {
-        self.control(&["power down", "power up"]);
-    }
-
-    /// Sends commands to the stand of the served device.
-    fn control(&self, commands: &[&str]) {
-        let mut stand = LineClient::connect(&self.folder.join("control")).expect("the control channel");
-        for command in commands {
-            let answer = stand.request(command, PATIENCE).expect("an answer");
-            assert!(answer.starts_with("ok"), "{answer}");
-        }
+        act(&self.folder, &["power down", "power up"]);
     }
 }
 
@@ -358,24 +338,6 @@ fn plain_connection(ip: IpParameter) -> ArConfig {
     config.submodules =
         vec![submodule(0, 1, 1, (0, 0)), submodule(1, 0x20, 0x21, (4, 4)), submodule(2, 0x30, 0x31, (2, 0))];
     config
-}
-
-fn ask_one(wire: &mut Wire, controllers: &mut [Controller; 1], request: ControllerRequest) -> ControllerOutcome {
-    ask(wire, controllers, vec![request]).remove(0)
-}
-
-/// The only station, once it answers.
-fn identify(wire: &mut Wire, controllers: &mut [Controller; 1]) -> IdentifiedStation {
-    let begin = Instant::now();
-    loop {
-        let request = ControllerRequest::Identify { by: IdentifyBy::All, wait: IDENTIFY };
-        if let ControllerOutcome::Stations(stations) = ask_one(wire, controllers, request)
-            && let [station] = stations.as_slice()
-        {
-            return station.clone();
-        }
-        assert!(begin.elapsed() < PATIENCE, "the device does not answer");
-    }
 }
 
 /// The answer to a parameter request in the connection.

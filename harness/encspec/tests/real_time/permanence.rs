@@ -1,18 +1,12 @@
 //! Whether station name and IP address are stored is learned by a power cycle before the first change, and both are afterwards as found.
 
 use crate::common::program::{self, ServeProcess};
-use crate::common::served::{ask, controller, private_network};
+use crate::common::served::{act, ask_one, controller_at, identify, journal, private_network};
 use crate::{table, tests};
-use controllers::profinet_io::{
-    Controller, ControllerOutcome, ControllerRequest, DcpOutcome, IdentifiedStation, IdentifyBy,
-};
-use encspec::live::preflight;
+use controllers::profinet_io::{ControllerOutcome, ControllerRequest, DcpOutcome, IdentifiedStation};
 use encspec::results::bench_file::LinkSpec;
 use libtest_mimic::Trial;
-use link::Wire;
-use link::lines::LineClient;
 use std::net::Ipv4Addr;
-use std::time::{Duration, Instant};
 use testing::Folder;
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{BlockQualifier, DcpBlock, DcpValue};
@@ -23,10 +17,6 @@ const IP: IpParameter = IpParameter {
     mask: Ipv4Addr::new(255, 255, 240, 0),
     gateway: Ipv4Addr::new(192, 168, 15, 1),
 };
-/// How long the device may take to answer.
-const PATIENCE: Duration = Duration::from_secs(30);
-/// How long answers to an Identify are collected.
-const IDENTIFY: Duration = Duration::from_millis(400);
 
 pub fn trials() -> Vec<Trial> {
     let mut trials = table![permanence_is_learned_and_put_back:
@@ -64,24 +54,20 @@ impl PermanenceBench {
     fn set_up(&self, name: &str, ip: &str) {
         let qualifier =
             |word: &str| if word == "permanent" { BlockQualifier::PERMANENT } else { BlockQualifier::TEMPORARY };
-        let (mut wire, mut controllers) = wire();
+        let (mut wire, mut controllers) = controller_at(&LinkSpec::of("nic", "ours").expect("a link"));
         let station = identify(&mut wire, &mut controllers);
         let values =
             [(qualifier(name), DcpValue::NameOfStation(NAME.into())), (qualifier(ip), DcpValue::IpParameter(IP))];
         for (qualifier, value) in values {
             let blocks = vec![DcpBlock::set(qualifier, value)];
             let request = ControllerRequest::DcpSet { to: station.mac, blocks };
-            let outcome = ask(&mut wire, &mut controllers, vec![request]).remove(0);
+            let outcome = ask_one(&mut wire, &mut controllers, request);
             assert_eq!(outcome, ControllerOutcome::Dcp(DcpOutcome::Accepted));
         }
     }
 
     fn cycle_power(&self) {
-        let mut stand = LineClient::connect(&self.folder.join("control")).expect("the control channel");
-        for command in ["power down", "power up"] {
-            let answer = stand.request(command, PATIENCE).expect("an answer");
-            assert!(answer.starts_with("ok"), "{answer}");
-        }
+        act(&self.folder, &["power down", "power up"]);
     }
 
     /// Runs one case; returns what the run says and its journal.
@@ -89,29 +75,7 @@ impl PermanenceBench {
         let arguments = ["run", "--dut", "bench.yaml", "--no-evidence", "profinet-io/protocol-identification/"];
         let said = program::encspec(&self.folder, &arguments);
         assert!(matches!(said.status, Some(0 | 1)), "{}", said.all());
-        let files = std::fs::read_dir(self.folder.join("encspec-journal")).expect("a journal").flatten();
-        let journal = files.map(|file| std::fs::read_to_string(file.path()).expect("it is read")).collect();
-        (said.all(), journal)
-    }
-}
-
-fn wire() -> (Wire, [Controller; 1]) {
-    let link = LinkSpec::of("nic", "ours").expect("a link");
-    let port = preflight::open(&link).unwrap_or_else(|why| panic!("{why}"));
-    (Wire::new(port), [controller(0)])
-}
-
-/// The only station, once it answers.
-fn identify(wire: &mut Wire, controllers: &mut [Controller; 1]) -> IdentifiedStation {
-    let begin = Instant::now();
-    loop {
-        let request = ControllerRequest::Identify { by: IdentifyBy::All, wait: IDENTIFY };
-        if let ControllerOutcome::Stations(stations) = ask(wire, controllers, vec![request]).remove(0)
-            && let [station] = stations.as_slice()
-        {
-            return station.clone();
-        }
-        assert!(begin.elapsed() < PATIENCE, "the device does not answer");
+        (said.all(), journal(&self.folder))
     }
 }
 
@@ -127,7 +91,7 @@ fn permanence_is_learned_and_put_back(name: &str, ip: &str) {
     assert!(cycled < learned_at && cycled.is_some(), "{said}\n{journal}");
     assert!(journal.trim_end().ends_with("\"restored\""), "{said}\n{journal}");
     let present = || {
-        let (mut wire, mut controllers) = wire();
+        let (mut wire, mut controllers) = controller_at(&LinkSpec::of("nic", "ours").expect("a link"));
         let IdentifiedStation { name, ip, .. } = identify(&mut wire, &mut controllers);
         (String::from_utf8_lossy(&name).into_owned(), ip)
     };

@@ -7,7 +7,7 @@ use crate::trial::access::is_request;
 use crate::trial::step_error::{StepError, StepResult, other_bus};
 use controllers::profinet_io::{
     ControllerOutcome, ControllerRequest, DamagedIoFrame, DcpResetForm, IdentifyBy, IoRecordOutcome, RawActivity,
-    RawAnswer, RawBody, RawCall, RawDcpRequest, RawObject, RecordAddress, SnmpRequest, StartUpRecord,
+    RawAnswer, RawBody, RawCall, RawDcpRequest, RawObject, RecordAddress, StartUpRecord,
 };
 use expression::{HistoryState, Value};
 use judge::answer::{NegativeResponse, ReceivedReply};
@@ -89,7 +89,8 @@ impl<'a> RunningTrial<'a> {
             }
             AcyclicService::Snmp(snmp) => {
                 self.check_snmp()?;
-                ControllerRequest::Snmp { partner: self.callee().0, request: snmp_of(snmp) }
+                let SnmpService { octets, is_message } = snmp.clone();
+                ControllerRequest::Snmp { partner: self.callee().0, octets, gets_id: is_message }
             }
             AcyclicService::Lldp { chassis, port } => {
                 ControllerRequest::Lldp { chassis: chassis.clone().into_bytes(), port: port.clone().into_bytes() }
@@ -296,12 +297,6 @@ fn statuses(outcomes: &[IoRecordOutcome]) -> Vec<u8> {
         IoRecordOutcome::Failed(_) => None,
     };
     outcomes.iter().filter_map(status).flatten().collect()
-}
-
-/// The request that a suite describes.
-fn snmp_of(snmp: &SnmpService) -> SnmpRequest {
-    let message = if snmp.is_message { SnmpMessage::parse(&snmp.octets).ok() } else { None };
-    message.map_or_else(|| SnmpRequest::Octets(snmp.octets.clone()), SnmpRequest::Message)
 }
 
 /// Whether a frame has a datagram to an SNMP agent.

@@ -80,7 +80,7 @@ pub fn connection(
     let persona = at.persona.as_deref();
     let expects = persona.map_or(ExpectedSubmodules::AccessPoint, |persona| persona.expects);
     let access_point = device.submodules.iter().enumerate().filter(|(_, submodule)| submodule.slot == 0);
-    let leaves_out = start.instead.iter().any(|instead| matches!(instead, StartDeviation::NoAccessPoint));
+    let leaves_out = start.instead.contains(&StartDeviation::NoAccessPoint);
     let access_point = access_point.filter(|_| expects != ExpectedSubmodules::Module && !leaves_out);
     let of_module = module.submodules.iter().map(|&index| (index, &device.submodules[index]));
     for (index, submodule) in access_point.chain(of_module) {
@@ -107,7 +107,7 @@ pub fn connection(
         }
         submodules.push(expected);
     }
-    let adds_network = start.instead.iter().any(|instead| matches!(instead, StartDeviation::NetworkExpected));
+    let adds_network = start.instead.contains(&StartDeviation::NetworkExpected);
     if expects == ExpectedSubmodules::InterfaceAndPorts || adds_network {
         let head = submodules.iter().position(|submodule| submodule.slot != 0).unwrap_or(submodules.len());
         let module_ident = submodules.first().filter(|first| first.slot == 0).map(|first| first.module_ident);

@@ -80,7 +80,7 @@ pub fn prepare(
     bench: &BenchFile,
     expected: &ExpectedSlave,
     purpose: PreflightPurpose<'_>,
-    opened: &mut dyn FnMut() -> Result<(), String>,
+    opened: &mut dyn FnMut() -> Result<Option<Vec<String>>, String>,
 ) -> PreflightResult<PreparedBus> {
     let (serial, baud) = open(bench)?;
     link::privileges::drop()?;

@@ -103,11 +103,7 @@ impl Names<'_> {
             DiagnosisName::Length => found(standard, Type::whole(8, false)),
             DiagnosisName::Bytes => found(standard, Type::Bytes),
             DiagnosisName::Ident => found(standard, Type::whole(16, false)),
-            DiagnosisName::Master
-            | DiagnosisName::AlarmType
-            | DiagnosisName::AlarmSlot
-            | DiagnosisName::AlarmChange
-            | DiagnosisName::AlarmSpecifier => found(standard, Type::whole(8, false)),
+            DiagnosisName::Master | DiagnosisName::Alarm(_) => found(standard, Type::whole(8, false)),
             DiagnosisName::Errors => match &of.blocks {
                 Some(blocks) => found(standard, Type::Set(blocks.table.clone())),
                 None => Err(("the diagnosis of this device has no blocks of errors".to_owned(), None)),

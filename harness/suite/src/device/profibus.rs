@@ -155,16 +155,23 @@ pub enum DiagnosisName {
     /// `diag.master_lock`: the slave is parameterised by another master. The requesting master derives it from the address in the
     /// diagnosis; the slave sends the bit as 0.
     MasterLock,
-    /// `diag.alarm_type`: the type of the first alarm of DP-V1 in the diagnosis; 0 without an alarm.
-    AlarmType,
-    /// `diag.alarm_slot`: the slot of that alarm.
-    AlarmSlot,
-    /// `diag.alarm_change`: bits 0 and 1 of the specifier of that alarm: 1 appears, 2 disappears, 3 disappears and others remain.
-    AlarmChange,
-    /// `diag.alarm_specifier`: the specifier of that alarm, which Alarm_Ack returns.
-    AlarmSpecifier,
+    /// `diag.alarm_type` and the like: a part of the first alarm of DP-V1 in the diagnosis.
+    Alarm(DiagnosedAlarmPart),
     /// A field (index into [`DiagnosisLayout::fields`]).
     Field(usize),
+}
+
+/// A part of the first alarm of DP-V1 in a diagnosis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
+pub enum DiagnosedAlarmPart {
+    /// `diag.alarm_type`: its type; 0 without an alarm.
+    Type,
+    /// `diag.alarm_slot`: its slot.
+    Slot,
+    /// `diag.alarm_change`: bits 0 and 1 of its specifier: 1 appears, 2 disappears, 3 disappears and others remain.
+    Change,
+    /// `diag.alarm_specifier`: its specifier, which Alarm_Ack returns.
+    Specifier,
 }
 
 impl DiagnosisName {
@@ -181,10 +188,10 @@ impl DiagnosisName {
             ("ident", DiagnosisName::Ident),
             ("master", DiagnosisName::Master),
             ("errors", DiagnosisName::Errors),
-            ("alarm_type", DiagnosisName::AlarmType),
-            ("alarm_slot", DiagnosisName::AlarmSlot),
-            ("alarm_change", DiagnosisName::AlarmChange),
-            ("alarm_specifier", DiagnosisName::AlarmSpecifier),
+            ("alarm_type", DiagnosisName::Alarm(DiagnosedAlarmPart::Type)),
+            ("alarm_slot", DiagnosisName::Alarm(DiagnosedAlarmPart::Slot)),
+            ("alarm_change", DiagnosisName::Alarm(DiagnosedAlarmPart::Change)),
+            ("alarm_specifier", DiagnosisName::Alarm(DiagnosedAlarmPart::Specifier)),
         ];
         let places = (0..3).flat_map(|octet| (0..8).map(move |bit| (octet, bit)));
         let bits = places.filter_map(|(octet, bit)| {

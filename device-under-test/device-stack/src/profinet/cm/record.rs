@@ -1,7 +1,6 @@
 //! Read, ReadImplicit, Write and write multiple.
 
 use super::super::hooks::StackCheck;
-use super::super::plugged::SubmoduleAddress;
 use super::super::rpc::RpcCall;
 use super::super::stack::{Stack, StackEnv};
 use super::CmAnswer;
@@ -93,8 +92,7 @@ impl Stack {
     ) -> Result<CmAnswer, PnioStatus> {
         let key = about.filter(|_| is_within).map(|at| self.ars[at].key);
         let access = RecordAccess { ar: key, ..access(&request.header) };
-        let place = SubmoduleAddress { api: access.api, slot: access.slot, subslot: access.subslot };
-        let is_of_other = about.is_some_and(|at| self.is_of_other(at, place));
+        let is_of_other = about.is_some_and(|at| self.is_of_other(at, access.into()));
         let may_read = !is_of_other || self.hooks.check(StackCheck::ReadsOfOthers, true);
         let result = if may_read { self.read_record(env, access, about) } else { Err(RecordError::ACCESS_DENIED) };
         let (status, mut data) = match result {

@@ -126,7 +126,7 @@ pub(in super::super) fn answer(
         return None;
     }
     let mut objects = objects();
-    objects.sort();
+    objects.sort_by(|one, other| one.name.cmp(&other.name));
     let objects = hooks.apply(objects, |hooks, mut objects| {
         hooks.snmp_objects(&mut objects);
         objects

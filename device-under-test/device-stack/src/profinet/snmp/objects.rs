@@ -2,8 +2,9 @@
 //!
 //! RFC 1213 for MIB-II; IEEE 802.1AB-2005 for LLDP-MIB; LLDP-EXT-PNO-MIB of PI for 1.0.8802.1.1.2.1.5.3791.
 
-use super::super::lldp::LldpAgent;
-use super::super::plugged::{INTERFACE_SUBSLOT, PORT_SUBSLOT};
+use super::super::lldp::{LldpAgent, chassis_id, port_id};
+use super::super::physical::port_name;
+use super::super::plugged::PORT_SUBSLOT;
 use super::super::stack::Stack;
 use super::ber::{MibName, MibValue};
 use alloc::format;
@@ -52,18 +53,6 @@ impl MibObject {
     }
 }
 
-impl PartialOrd for MibObject {
-    fn partial_cmp(&self, other: &MibObject) -> Option<core::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for MibObject {
-    fn cmp(&self, other: &MibObject) -> core::cmp::Ordering {
-        self.name.cmp(&other.name)
-    }
-}
-
 /// The frames that the device has received and sent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(in super::super) struct TrafficCounters {
@@ -109,15 +98,20 @@ impl MibList {
         self.add(&[group, number], &[0], value);
     }
 
-    /// An object in a row of a table.
-    fn cell(&mut self, group: &[u32], column: &[u32], index: &[u32], value: MibValue) {
-        self.add(&[group, column], index, value);
-    }
-
+    /// An object whose name is joined of `object`, and one instance of it.
     fn add(&mut self, object: &[&[u32]], instance: &[u32], value: MibValue) {
         let mut name: MibName = object.concat();
         name.extend_from_slice(instance);
         self.0.push(MibObject { name, instance: instance.len(), value });
+    }
+
+    /// A row of a table of LLDP-EXT-PNO-MIB: no delays, the states of RT class 2 and 3 off, and the name of the station.
+    fn pno_row(&mut self, table: u32, index: &[u32], station: &[u8]) {
+        let delays = [MibValue::Gauge(0), MibValue::Gauge(0), MibValue::Gauge(0)];
+        let rest = [MibValue::Integer(0), MibValue::Integer(0), octets(station)];
+        for (column, value) in (1..).zip(delays.into_iter().chain(rest)) {
+            self.add(&[&LLDP, &PNO, &[table, 1, 1, column]], index, value);
+        }
     }
 }
 
@@ -205,7 +199,7 @@ impl Stack {
                 MibValue::Name([0, 0].to_vec()),
             ];
             for (column, value) in (1..).zip(values) {
-                list.cell(&INTERFACES, &[2, 1, column], &[index], value);
+                list.add(&[&INTERFACES, &[2, 1, column]], &[index], value);
             }
         }
     }
@@ -220,10 +214,7 @@ impl Stack {
 
     fn lldp_local(&self, list: &mut MibList) {
         let name = &self.station.name;
-        let (subtype, chassis) = match name.as_slice() {
-            [] => (Tlv::CHASSIS_MAC_ADDRESS, &self.retained.mac.0[..]),
-            name => (Tlv::LOCALLY_ASSIGNED, name),
-        };
+        let (subtype, chassis) = chassis_id(&self.retained.mac, name);
         let values = [
             MibValue::Integer(subtype.into()),
             octets(chassis),
@@ -238,17 +229,12 @@ impl Stack {
         let ports: Vec<u16> = self.plugged.ports().map(|port| port.subslot).collect();
         for (number, subslot) in (1..).zip(&ports) {
             let port = port_name(*subslot);
-            let id = if name.is_empty() { port.into_bytes() } else { [port.as_bytes(), b".", name].concat() };
-            let values =
-                [MibValue::Integer(Tlv::LOCALLY_ASSIGNED.into()), MibValue::Octets(id), text(&port_name(*subslot))];
+            let id = MibValue::Octets(port_id(&port, name));
+            let values = [MibValue::Integer(Tlv::LOCALLY_ASSIGNED.into()), id, text(&port)];
             for (column, value) in (2..).zip(values) {
-                list.cell(&LLDP, &[3, 7, 1, column], &[number], value);
+                list.add(&[&LLDP, &[3, 7, 1, column]], &[number], value);
             }
-            let values = [MibValue::Gauge(0), MibValue::Gauge(0), MibValue::Gauge(0), MibValue::Integer(0)];
-            let values = values.into_iter().chain([MibValue::Integer(0), octets(name)]);
-            for (column, value) in (1..).zip(values) {
-                list.cell(&[&LLDP[..], &PNO].concat(), &[2, 1, 1, column], &[number], value);
-            }
+            list.pno_row(2, &[number], name);
         }
         if self.station.ip != [0; 4] {
             let [a, b, c, d] = self.station.ip.map(u32::from);
@@ -259,7 +245,7 @@ impl Stack {
                 MibValue::Name([0, 0].to_vec()),
             ];
             for (column, value) in (3..).zip(values) {
-                list.cell(&LLDP, &[3, 8, 1, column], &[IPV4, 4, a, b, c, d], value);
+                list.add(&[&LLDP, &[3, 8, 1, column]], &[IPV4, 4, a, b, c, d], value);
             }
         }
     }
@@ -281,17 +267,9 @@ impl Stack {
             octets(&of.capabilities.1.reverse_bits().to_be_bytes()),
         ];
         for (column, value) in (4..).zip(values) {
-            list.cell(&LLDP, &[4, 1, 1, column], &index, value);
+            list.add(&[&LLDP, &[4, 1, 1, column]], &index, value);
         }
-        let name = self.neighbour().map(|neighbour| neighbour.name.clone()).unwrap_or_default();
-        let values = [MibValue::Gauge(0), MibValue::Gauge(0), MibValue::Gauge(0), MibValue::Integer(0)];
-        let values = values.into_iter().chain([MibValue::Integer(0), MibValue::Octets(name)]);
-        for (column, value) in (1..).zip(values) {
-            list.cell(&[&LLDP[..], &PNO].concat(), &[3, 1, 1, column], &index, value);
-        }
+        let station = self.neighbour().map_or(&[][..], |neighbour| neighbour.name.as_slice());
+        list.pno_row(3, &index, station);
     }
-}
-
-fn port_name(subslot: u16) -> String {
-    format!("port-{:03}", subslot - INTERFACE_SUBSLOT)
 }
