@@ -175,7 +175,8 @@ static void take_outputs(uint64_t now, const unsigned char *data, int length) {
     if (!(request & 0x1000)) g1_zsw &= ~0x1000u;
     if ((new & 0x8000) && error_count && !is_parked) {
         acknowledging = 1;
-    } else if (!(request & 0x8000) && acknowledging) {
+        /* With the mistake it stays while a preset is requested. */
+    } else if (!(request & 0x8000) && acknowledging && !(deviates("sequence") && (request & 0x1000))) {
         acknowledging = error_count = 0;
         if (faults[SENSOR]) errors[error_count++] = SENSOR_ERROR;
     }

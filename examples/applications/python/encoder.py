@@ -19,7 +19,7 @@ CODE_SEQUENCE, CLASS_4, PRESET_NOT_XIST1, SCALING, ALARMS, NOT_COMPATIBLE = 1, 2
 START_LENGTH = 31  # flags, units per revolution and range of 8 bytes, tolerated failures, unit of the velocity, reserved
 SENSOR_ERROR, PARKING_ERROR, LIFE_SIGN_ERROR = 0x0001, 0x0003, 0x0F02  # codes in G1_XIST2
 FAULTS = {"fault.sensor": 0x0009, "fault.passing": 0x0005, "fault.standing": 0x0006}  # with their ChannelErrorType
-MISTAKES = ("diagnosis", "record", "configuration", "direction", "preset")
+MISTAKES = ("diagnosis", "record", "configuration", "direction", "preset", "sequence")
 
 SUBMODULES = [
     {"slot": 0, "module_ident": 1, "subslot": 1, "submodule_ident": 1},
@@ -163,7 +163,8 @@ class Encoder:
             g1_stw = 0
         new = g1_stw & ~self.g1_stw
         if not g1_stw & 0x4000:
-            self.parked = False
+            # With the mistake it stays parked while an acknowledgement is requested.
+            self.parked = self.parked and self.mistake == "sequence" and bool(g1_stw & 0x8000)
         elif new & 0x4000 and self.shaft.is_still(now):
             self.parked, self.acknowledging, self.g1_zsw, self.errors = True, False, 0, []
         elif new & 0x4000:

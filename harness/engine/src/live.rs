@@ -167,6 +167,9 @@ pub trait LiveDevice: Debug + Send + Sync {
     /// Ends the tests, with the reason.
     fn end_tests(&self, why: &str);
 
+    /// Why a trial would not run here; changes nothing.
+    fn objection(&self, variant: &SuiteVariant, trial: &Trial) -> Option<String>;
+
     /// Checks whether a trial may run here, prepares the bench for it and notes in the journal what it will change.
     fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), TrialExclusion>;
 }

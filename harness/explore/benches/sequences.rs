@@ -2,6 +2,7 @@
 
 use encspec_explore::bench::ExploreBench;
 use encspec_explore::campaign::{Campaign, CampaignOptions};
+use encspec_explore::learn::LearnedReference;
 use engine::{DutKind, DutSpec};
 use std::time::Instant;
 
@@ -16,9 +17,10 @@ fn main() {
         let kind = DutKind::Model { deviations: Vec::new() };
         let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.clone(), kind };
         let bench = ExploreBench::new(&sources, manual, variant).expect("a bench");
+        let reference = LearnedReference::new(&dut).expect("a reference device");
         let options = CampaignOptions { seed: 1, sequences: Some(SEQUENCES), ..CampaignOptions::default() };
         let began = Instant::now();
-        let result = Campaign::new(&bench, &dut, &options).expect("a campaign").run(&mut |_, _| {}).expect("a result");
+        let result = Campaign::new(&bench, &dut, Some(reference), &options).run(&mut |_, _| {}).expect("a result");
         let minutes = began.elapsed().as_secs_f64() / 60.0;
         println!("{dut}: {:.0} sequences a minute, {} frames", SEQUENCES as f64 / minutes, result.frames);
     }

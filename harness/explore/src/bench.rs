@@ -1,11 +1,15 @@
 //! Runs sequences on devices, and written cases.
 
 use crate::step::SequenceStep;
+use compare::action::ControllerAction;
 use compare::write_case::{TOPIC, WrittenCase};
 use engine::step_log::{ProtocolError, StepLog};
-use engine::{BenchError, DutSpec, RunOptions, TrialOutcome, run_trial};
+use engine::{BenchError, DutSpec, LiveDevice, RunOptions, TrialOutcome, run_trial};
+use results::verdict::Verdict;
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::Arc;
+use suite::device::DeviceDescription;
 use suite::model::{Manual, RequirementClass};
 use suite_yaml::{Checker, LoadErrors, Sources};
 
@@ -29,6 +33,20 @@ pub struct SequenceLog {
     pub log: StepLog,
     /// Number of frames.
     pub frames: usize,
+    /// The rules of the manual that broke.
+    pub broken: Vec<BrokenRule>,
+    /// Why it says nothing about the device: this host or the line was late, or the bench does not permit it.
+    pub spoilt: Option<String>,
+}
+
+impl SequenceLog {
+    /// The same without what is wrong whatever the device is: protocol errors and broken rules.
+    #[must_use]
+    pub fn without_errors(&self) -> SequenceLog {
+        let mut log = self.log.clone();
+        log.protocol_errors.clear();
+        SequenceLog { log, frames: self.frames, broken: Vec::new(), spoilt: self.spoilt.clone() }
+    }
 }
 
 /// A rule that broke in a sequence.
@@ -43,6 +61,14 @@ pub struct BrokenRule {
 /// Sequences that are loaded and can be run on any device of the manual.
 pub struct LoadedSequences {
     manual: Manual,
+    /// The same with what is known of the live device.
+    on_bench: Option<Manual>,
+}
+
+impl LoadedSequences {
+    fn manual_of(&self, dut: &DutSpec) -> &Manual {
+        self.on_bench.as_ref().filter(|_| dut.live().is_some()).unwrap_or(&self.manual)
+    }
 }
 
 /// A manual whose devices are explored.
@@ -50,7 +76,8 @@ pub struct ExploreBench<'m> {
     manual: &'m Manual,
     variant: usize,
     checker: Checker,
-    sources: Sources,
+    /// The description of a live device with what its GSDML or GSD and its bench say.
+    of_live: Option<Arc<DeviceDescription>>,
     /// A requirement that applies: the loader takes no case without one.
     requirement: String,
 }
@@ -70,7 +97,13 @@ impl<'m> ExploreBench<'m> {
         let nothing = || CannotExplore::Nothing(format!("{name} has no requirements"));
         let requirement = applies.ok_or_else(nothing)?.id.clone();
         let checker = Checker::unchecked(sources, name).map_err(CannotExplore::NotUnderstood)?;
-        Ok(ExploreBench { manual, variant, checker, sources: sources.clone(), requirement })
+        Ok(ExploreBench { manual, variant, checker, of_live: None, requirement })
+    }
+
+    /// The same for a live device with this description.
+    #[must_use]
+    pub fn described(self, device: Arc<DeviceDescription>) -> ExploreBench<'m> {
+        ExploreBench { of_live: Some(device), ..self }
     }
 
     /// The manual with its cases and rules.
@@ -96,12 +129,17 @@ impl<'m> ExploreBench<'m> {
 
     /// A topic file with sequences, whose steps expect nothing.
     pub fn topic(&self, sequences: &[Vec<SequenceStep>]) -> String {
+        self.topic_covering(&self.requirement, sequences)
+    }
+
+    /// The same whose cases cover this requirement.
+    pub fn topic_covering(&self, requirement: &str, sequences: &[Vec<SequenceStep>]) -> String {
         let mut out = format!("suite: {TOPIC}\ncases:\n");
         for (number, steps) in sequences.iter().enumerate() {
             let _ = writeln!(
                 out,
                 "  - id: sequence-{number}\n    why: A sequence.\n    covers: [{}]\n    variants: [{}]\n    start: none\n    steps:",
-                self.requirement,
+                requirement,
                 self.variant()
             );
             for step in steps {
@@ -120,60 +158,91 @@ impl<'m> ExploreBench<'m> {
 
     /// Loads sequences.
     pub fn load(&self, sequences: &[Vec<SequenceStep>]) -> Result<LoadedSequences, CannotExplore> {
-        self.load_text(&self.topic(sequences))
+        let text = self.topic(sequences);
+        self.loaded(|| self.checker.with_rules(&self.topic_path(), &text))
     }
 
-    fn load_text(&self, text: &str) -> Result<LoadedSequences, CannotExplore> {
-        let path = format!("{}/{TOPIC}.yaml", self.manual.device.name);
-        let manual = self.checker.alone(&path, text).map_err(CannotExplore::NotUnderstood)?;
-        Ok(LoadedSequences { manual })
+    fn loaded(&self, load: impl Fn() -> Result<Manual, LoadErrors>) -> Result<LoadedSequences, CannotExplore> {
+        let load = || load().map_err(CannotExplore::NotUnderstood);
+        let on_bench = match &self.of_live {
+            Some(device) => Some(Manual { device: device.clone(), ..load()? }),
+            None => None,
+        };
+        Ok(LoadedSequences { manual: load()?, on_bench })
+    }
+
+    /// Takes out the steps that the bench of a live device cannot or may not do, and with a connection all that is done in it.
+    pub fn retain_possible(&self, steps: &mut Vec<SequenceStep>, dut: &DutSpec) {
+        if dut.live().is_none() || self.are_possible(std::slice::from_ref(steps), dut).is_ok_and(|are| are == [true]) {
+            return;
+        }
+        let mut connection = Vec::new();
+        let in_connection = steps.iter().map(|step| {
+            if matches!(step.action, ControllerAction::Connect(_)) {
+                connection = vec![step.clone()];
+                return connection.clone();
+            }
+            [connection.as_slice(), std::slice::from_ref(step)].concat()
+        });
+        let single: Vec<Vec<SequenceStep>> = in_connection.collect();
+        let are = self.are_possible(&single, dut).unwrap_or_else(|_| {
+            let alone = |step| self.are_possible(std::slice::from_ref(step), dut).is_ok_and(|are| are == [true]);
+            single.iter().map(alone).collect()
+        });
+        let mut are = are.into_iter();
+        steps.retain(|_| are.next() == Some(true));
+    }
+
+    /// Whether the bench of a live device permits each of the sequences. Fails if one does not load.
+    fn are_possible(&self, sequences: &[Vec<SequenceStep>], dut: &DutSpec) -> Result<Vec<bool>, CannotExplore> {
+        let loaded = self.load(sequences)?;
+        let Some((live, variant)) = dut.live().zip(loaded.manual_of(dut).variants.get(self.variant)) else {
+            return Ok(vec![true; sequences.len()]);
+        };
+        Ok(variant.trials.iter().map(|trial| live.objection(variant, trial).is_none()).collect())
+    }
+
+    fn topic_path(&self) -> String {
+        format!("{}/{TOPIC}.yaml", self.manual.device.name)
     }
 
     /// Runs the sequence with this number on a device.
     pub fn run(&self, loaded: &LoadedSequences, number: usize, dut: &DutSpec) -> Result<SequenceLog, CannotExplore> {
         let nothing = || CannotExplore::Nothing(format!("the sequence does not apply to {}", self.variant()));
-        let variant = loaded.manual.variants.get(self.variant).ok_or_else(nothing)?;
+        let manual = loaded.manual_of(dut);
+        let variant = manual.variants.get(self.variant).ok_or_else(nothing)?;
         let trial = variant.trials.get(number).ok_or_else(nothing)?;
         let options = RunOptions { unjudged: true, ..RunOptions::default() };
-        let outcome = run_trial(&loaded.manual, variant, dut, trial, &options)?;
+        let outcome = run_trial(manual, variant, dut, trial, &options)?;
         let frames = outcome.trace.len();
-        let silent = |why: String| {
-            let error =
-                ProtocolError { kind: "silence", what: format!("The device does not show its identity: {why}") };
-            let mut log = StepLog::default();
-            log.protocol_errors.push(error);
-            log
+        let requirements = &manual.requirements;
+        let broken = variant.rules.iter().zip(&outcome.rules).filter_map(|(rule, result)| {
+            let (_, failure) = result.broken.as_ref()?;
+            let covers = rule.covers.iter().filter_map(|index| Some(requirements.get(*index)?.id.clone()));
+            Some(BrokenRule { id: rule.id.clone(), what: failure.what.clone(), covers: covers.collect() })
+        });
+        let broken = broken.collect();
+        let is_virtual = dut.live().is_none_or(LiveDevice::is_virtual);
+        let spoilt = outcome.disturbed.map(|disturbance| disturbance.why);
+        let is_excluded = matches!(outcome.case.verdict, Verdict::NotApplicable | Verdict::NotRun);
+        let excluded = outcome.case.reason.clone().filter(|_| is_excluded);
+        let mut log = outcome.log.map(|log| *log).unwrap_or_default();
+        let error = match &spoilt {
+            // A virtual wire is disturbed only by the program that is the device.
+            Some(why) if is_virtual => Some(("failed-program", format!("The program failed: {why}"))),
+            None if log.steps.is_empty() => {
+                let why = outcome.case.reason.unwrap_or_default();
+                Some(("silence", format!("The device does not show its identity: {why}")))
+            }
+            Some(_) | None => None,
         };
-        let log = match outcome.log {
-            Some(log) => *log,
-            None => silent(outcome.case.reason.unwrap_or_default()),
-        };
-        Ok(SequenceLog { log, frames })
+        log.protocol_errors.extend(error.map(|(kind, what)| ProtocolError { kind, what }));
+        Ok(SequenceLog { log, frames, broken, spoilt: excluded.or(spoilt.filter(|_| !is_virtual)) })
     }
 
     /// Loads and runs one sequence.
     pub fn drive(&self, steps: &[SequenceStep], dut: &DutSpec) -> Result<SequenceLog, CannotExplore> {
         self.run(&self.load(&[steps.to_vec()])?, 0, dut)
-    }
-
-    /// The rules of the manual that break in a sequence.
-    pub fn broken_rules(&self, steps: &[SequenceStep], dut: &DutSpec) -> Result<Vec<BrokenRule>, CannotExplore> {
-        let name = &self.manual.device.name;
-        let sources = self.sources.clone().with(&format!("{name}/{TOPIC}.yaml"), self.topic(&[steps.to_vec()]));
-        let mut loaded = suite_yaml::load(&sources, Some(name)).map_err(CannotExplore::NotUnderstood)?;
-        let manual = loaded.pop().ok_or_else(|| CannotExplore::Nothing(format!("there is no suite for {name}")))?;
-        let nothing = || CannotExplore::Nothing(format!("the sequence does not apply to {}", self.variant()));
-        let variant = manual.variants.get(self.variant).ok_or_else(nothing)?;
-        let own = format!("{TOPIC}/");
-        let trial = variant.trials.iter().find(|trial| trial.id.starts_with(&own)).ok_or_else(nothing)?;
-        let options = RunOptions { unjudged: true, ..RunOptions::default() };
-        let outcome = run_trial(&manual, variant, dut, trial, &options)?;
-        let broken = variant.rules.iter().zip(&outcome.rules).filter_map(|(rule, result)| {
-            let (_, failure) = result.broken.as_ref()?;
-            let covers = rule.covers.iter().filter_map(|index| Some(manual.requirements.get(*index)?.id.clone()));
-            Some(BrokenRule { id: rule.id.clone(), what: failure.what.clone(), covers: covers.collect() })
-        });
-        Ok(broken.collect())
     }
 
     /// Runs a written case.
@@ -183,11 +252,13 @@ impl<'m> ExploreBench<'m> {
         dut: &DutSpec,
         evidence: Option<&Path>,
     ) -> Result<TrialOutcome, CannotExplore> {
-        let loaded = self.load_text(&case.yaml())?;
+        let text = case.yaml();
+        let loaded = self.loaded(|| self.checker.alone(&self.topic_path(), &text))?;
+        let manual = loaded.manual_of(dut);
         let nothing = || CannotExplore::Nothing(format!("the case does not apply to {}", self.variant()));
-        let variant = loaded.manual.variants.get(self.variant).ok_or_else(nothing)?;
+        let variant = manual.variants.get(self.variant).ok_or_else(nothing)?;
         let trial = variant.trials.first().ok_or_else(nothing)?;
         let options = RunOptions { evidence: evidence.map(Path::to_owned), ..RunOptions::default() };
-        Ok(run_trial(&loaded.manual, variant, dut, trial, &options)?)
+        Ok(run_trial(manual, variant, dut, trial, &options)?)
     }
 }

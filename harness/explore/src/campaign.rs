@@ -1,11 +1,13 @@
 //! Explores a device until a limit: draws sequences, compares the device with the reference device, and makes a case of each difference.
+//!
+//! Without a reference device, only broken rules of the manual and errors of the protocol are found.
 
-use crate::bench::{BrokenRule, CannotExplore, ExploreBench, LoadedSequences};
+use crate::bench::{BrokenRule, CannotExplore, ExploreBench, LoadedSequences, SequenceLog};
 use crate::case::CaseParts;
-use crate::difference::{DifferenceName, LogDifference, LogDifferenceKind, first, protocol_errors, shown};
+use crate::described::DeviceWords;
+use crate::difference::{DifferenceName, LogDifference, LogDifferenceKind, first, protocol_errors};
 use crate::draw::Draw;
 use crate::learn::LearnedReference;
-use crate::literal;
 use crate::minimise::minimise;
 use crate::sequence::{SequenceSource, at_position};
 use crate::states::StateCoverage;
@@ -14,7 +16,7 @@ use compare::action::ControllerAction;
 use compare::report::related;
 use compare::write_case::WrittenCase;
 use engine::DutSpec;
-use engine::step_log::{Observed, StepLog};
+use engine::step_log::StepLog;
 use results::verdict::Verdict;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -90,6 +92,8 @@ pub struct Finding {
 pub struct CampaignResult {
     pub sequences: u64,
     pub frames: u64,
+    /// Sequences that say nothing, because this host or the line was late.
+    pub spoilt: u64,
     /// Sequences that did not load, each with why; there should be none.
     pub invalid: Vec<String>,
     pub findings: Vec<Finding>,
@@ -106,7 +110,7 @@ pub struct Campaign<'a, 'm> {
     dut: &'a DutSpec,
     options: &'a CampaignOptions,
     source: SequenceSource,
-    reference: LearnedReference,
+    reference: Option<LearnedReference>,
     known: BTreeSet<(LogDifferenceKind, DifferenceName)>,
     /// Sequences that reached something new.
     corpus: Vec<Vec<SequenceStep>>,
@@ -114,19 +118,17 @@ pub struct Campaign<'a, 'm> {
 }
 
 impl<'a, 'm> Campaign<'a, 'm> {
-    /// # Errors
-    ///
-    /// The manual has no reference device.
+    /// A campaign about `dut`, which is compared with `reference` if there is one.
     pub fn new(
         bench: &'a ExploreBench<'m>,
         dut: &'a DutSpec,
+        reference: Option<LearnedReference>,
         options: &'a CampaignOptions,
-    ) -> Result<Self, CannotExplore> {
-        let reference = LearnedReference::new(dut)?;
+    ) -> Self {
         let source = SequenceSource::broad(bench.manual());
         let corpus = options.kept.iter().take(MOST_KEPT).map(|seed| source.steps(*seed)).collect();
         let result = CampaignResult { kept: options.kept.clone(), ..CampaignResult::default() };
-        Ok(Campaign { bench, dut, options, source, reference, known: BTreeSet::new(), corpus, result })
+        Campaign { bench, dut, options, source, reference, known: BTreeSet::new(), corpus, result }
     }
 
     /// Runs until a limit is reached. `progress` is called with each number of sequences and findings.
@@ -142,7 +144,10 @@ impl<'a, 'm> Campaign<'a, 'm> {
             let count = TOGETHER.min(most - begin);
             let drawn: Vec<(Option<u64>, Vec<SequenceStep>)> =
                 (begin..begin + count).map(|number| self.draw(number)).collect();
-            let (seeds, drawn): (Vec<Option<u64>>, Vec<Vec<SequenceStep>>) = drawn.into_iter().unzip();
+            let (seeds, mut drawn): (Vec<Option<u64>>, Vec<Vec<SequenceStep>>) = drawn.into_iter().unzip();
+            for steps in &mut drawn {
+                self.bench.retain_possible(steps, self.dut);
+            }
             let loaded = self.load(&drawn);
             for (index, steps) in drawn.iter().enumerate() {
                 if is_over(self.result.sequences, self.result.findings.len()) {
@@ -156,7 +161,7 @@ impl<'a, 'm> Campaign<'a, 'm> {
                 progress(self.result.sequences, self.result.findings.len());
             }
         }
-        self.result.learned = self.reference.learned().to_vec();
+        self.result.learned = self.reference.iter().flat_map(LearnedReference::learned).cloned().collect();
         Ok(self.result)
     }
 
@@ -214,17 +219,40 @@ impl<'a, 'm> Campaign<'a, 'm> {
     ) -> Result<(), CannotExplore> {
         let other = self.bench.run(loaded, place, self.dut)?;
         self.result.frames += other.frames as u64;
-        let reference = self.bench.run(loaded, place, &self.reference.device())?;
+        if other.spoilt.is_some() {
+            self.result.spoilt += 1;
+            return Ok(());
+        }
+        let reference = self.expected(loaded, place, &other)?;
         let new = self.result.states.take(&self.bench.manual().device, steps, &reference.log);
         if new > NEW_PAIRS && self.corpus.len() < MOST_KEPT {
             self.corpus.push(steps.to_vec());
             self.result.kept.extend(seed);
         }
-        let Some(found) = first(&reference.log, &other.log) else { return Ok(()) };
+        let Some(found) = first(&reference, &other) else { return Ok(()) };
         if self.known.contains(&found.target()) {
             return Ok(());
         }
         self.difference(number, steps, found)
+    }
+
+    /// What the reference device does where `other` was done; without one, the same without errors.
+    fn expected(
+        &self,
+        loaded: &LoadedSequences,
+        place: usize,
+        other: &SequenceLog,
+    ) -> Result<SequenceLog, CannotExplore> {
+        match &self.reference {
+            Some(reference) => self.bench.run(loaded, place, &reference.device()),
+            None => Ok(other.without_errors()),
+        }
+    }
+
+    /// What both devices do in these steps.
+    fn both(&self, loaded: &LoadedSequences) -> Result<[SequenceLog; 2], CannotExplore> {
+        let other = self.bench.run(loaded, 0, self.dut)?;
+        Ok([self.expected(loaded, 0, &other)?, other])
     }
 
     /// Shortens a sequence with a difference, and looks for permitted variations that explain it.
@@ -232,9 +260,8 @@ impl<'a, 'm> Campaign<'a, 'm> {
         let mut found = found;
         let mut steps_left: Vec<SequenceStep> = steps.iter().take(found.step.saturating_add(1)).cloned().collect();
         loop {
-            let device = self.reference.device();
             let target = found.target();
-            let shows = |steps: &[SequenceStep]| self.shows(steps, &device).is_some_and(|of| of.target() == target);
+            let shows = |steps: &[SequenceStep]| self.shows(steps).is_some_and(|of| of.target() == target);
             if !shows(&steps_left) {
                 // What differs only with the steps after it.
                 steps_left = steps.to_vec();
@@ -245,33 +272,38 @@ impl<'a, 'm> Campaign<'a, 'm> {
                 left > 0 && shows(steps)
             });
             let loaded = self.bench.load(std::slice::from_ref(&small))?;
-            let other = self.bench.run(&loaded, 0, self.dut)?;
-            let reference = self.bench.run(&loaded, 0, &device)?;
+            let [reference, other] = self.both(&loaded)?;
+            if other.spoilt.is_some() {
+                return Ok(());
+            }
             // A device that was as the reference device so far has few variations, if any.
-            let is_new = self.result.sequences <= NEW_DEVICE || !self.reference.learned().is_empty();
-            let most_runs = if is_new { MANY_RUNS } else { FEW_RUNS };
-            let Some(rest) = first(&reference.log, &other.log) else {
+            let has_variations = self.reference.as_ref().is_some_and(|of| !of.learned().is_empty());
+            let most_runs = if has_variations || self.result.sequences <= NEW_DEVICE { MANY_RUNS } else { FEW_RUNS };
+            let Some(rest) = first(&reference, &other) else {
                 self.known.insert(target);
                 return self.unstable(number, steps, &found);
             };
-            if !self.reference.explain(self.bench, &loaded, 0, &other.log, most_runs)? {
+            let is_explained = match &mut self.reference {
+                Some(learned) => learned.explain(self.bench, &loaded, 0, &other, most_runs)?,
+                None => false,
+            };
+            if !is_explained {
                 let before = steps.len();
                 if rest.step < small.len() {
-                    return self.finding(number, before, &small, &reference.log, &other.log, &rest);
+                    return self.finding(number, before, &small, [&reference, &other], &rest);
                 }
                 // It shows after the last step.
                 let mut longer = small.clone();
                 longer.push(ControllerAction::Wait(AFTERWARDS).into());
                 let loaded = self.bench.load(std::slice::from_ref(&longer))?;
-                let other = self.bench.run(&loaded, 0, self.dut)?;
-                let reference = self.bench.run(&loaded, 0, &device)?;
-                return match first(&reference.log, &other.log) {
-                    Some(rest) => self.finding(number, before, &longer, &reference.log, &other.log, &rest),
+                let [reference, other] = self.both(&loaded)?;
+                return match first(&reference, &other) {
+                    Some(rest) => self.finding(number, before, &longer, [&reference, &other], &rest),
                     None => self.unstable(number, steps, &rest),
                 };
             }
             // It is explained; what else is there?
-            match self.shows(steps, &self.reference.device()) {
+            match self.shows(steps) {
                 Some(more) if !self.known.contains(&more.target()) => found = more,
                 _ => return Ok(()),
             }
@@ -279,16 +311,22 @@ impl<'a, 'm> Campaign<'a, 'm> {
         }
     }
 
-    fn shows(&self, steps: &[SequenceStep], reference: &DutSpec) -> Option<LogDifference> {
+    fn shows(&self, steps: &[SequenceStep]) -> Option<LogDifference> {
         let loaded = self.bench.load(&[steps.to_vec()]).ok()?;
-        let other = self.bench.run(&loaded, 0, self.dut).ok()?;
-        let reference = self.bench.run(&loaded, 0, reference).ok()?;
-        first(&reference.log, &other.log)
+        let [reference, other] = self.both(&loaded).ok()?;
+        if other.spoilt.is_some() {
+            return None;
+        }
+        first(&reference, &other)
+    }
+
+    fn words(&self) -> DeviceWords<'m> {
+        DeviceWords { device: &self.bench.manual().device, variant: self.bench.variant_index() }
     }
 
     fn unstable(&mut self, number: u64, steps: &[SequenceStep], found: &LogDifference) -> Result<(), CannotExplore> {
         self.result.findings.push(Finding {
-            name: self.name(found, [&StepLog::default(), &StepLog::default()]),
+            name: self.words().name(found, [&StepLog::default(), &StepLog::default()]),
             kind: found.kind,
             reference: String::new(),
             device: String::new(),
@@ -307,29 +345,25 @@ impl<'a, 'm> Campaign<'a, 'm> {
         number: u64,
         before: usize,
         steps: &[SequenceStep],
-        reference: &StepLog,
-        other: &StepLog,
+        logs: [&SequenceLog; 2],
         found: &LogDifference,
     ) -> Result<(), CannotExplore> {
         self.known.insert(found.target());
-        let device = self.reference.device();
-        let is_stable =
-            (0..REPEATS).all(|_| self.shows(steps, &device).is_some_and(|of| of.target() == found.target()));
-        let rules = self.bench.broken_rules(steps, self.dut).unwrap_or_default();
-        let on_reference =
-            if rules.is_empty() { Vec::new() } else { self.bench.broken_rules(steps, &device).unwrap_or_default() };
-        let rules: Vec<BrokenRule> =
-            rules.into_iter().filter(|rule| on_reference.iter().all(|of| of.id != rule.id)).collect();
-        let value = |log: &StepLog| self.value(log, found);
-        let name = self.name(found, [reference, other]);
+        let is_stable = (0..REPEATS).all(|_| self.shows(steps).is_some_and(|of| of.target() == found.target()));
+        let [expected, seen] = logs;
+        let is_new = |rule: &&BrokenRule| expected.broken.iter().all(|of| of.id != rule.id);
+        let rules: Vec<BrokenRule> = seen.broken.iter().filter(is_new).cloned().collect();
+        let [reference, other] = logs.map(|of| &of.log);
+        let value = |log: &StepLog| self.words().value(log, found);
+        let name = self.words().name(found, [reference, other]);
         let mut finding = Finding {
             name,
             kind: found.kind,
             reference: value(reference),
-            device: if found.kind == LogDifferenceKind::Protocol {
-                protocol_errors(reference, other).join(" ")
-            } else {
-                value(other)
+            device: match found.kind {
+                LogDifferenceKind::Protocol => protocol_errors(reference, other).join(" "),
+                LogDifferenceKind::Rule => rules.iter().map(|rule| rule.what.as_str()).collect::<Vec<_>>().join(" "),
+                _ => value(other),
             },
             sequence: number,
             before,
@@ -339,14 +373,15 @@ impl<'a, 'm> Campaign<'a, 'm> {
             is_stable,
         };
         finding.case = self.case(&finding, reference, other, found)?;
-        if finding.case.is_none() {
+        let has_steps = !matches!(found.kind, LogDifferenceKind::Protocol | LogDifferenceKind::Rule);
+        if finding.case.is_none() && has_steps && self.reference.is_some() {
             // What depends on the position of the shaft needs it.
             let mut placed = finding.clone();
             placed.steps.insert(0, at_position(SHAFT));
             let loaded = self.bench.load(std::slice::from_ref(&placed.steps))?;
-            let (one, two) = (self.bench.run(&loaded, 0, &device)?.log, self.bench.run(&loaded, 0, self.dut)?.log);
+            let [one, two] = self.both(&loaded)?;
             if let Some(found) = first(&one, &two) {
-                placed.case = self.case(&placed, &one, &two, &found)?;
+                placed.case = self.case(&placed, &one.log, &two.log, &found)?;
             }
             if placed.case.is_some() {
                 finding = placed;
@@ -356,7 +391,7 @@ impl<'a, 'm> Campaign<'a, 'm> {
         Ok(())
     }
 
-    /// The first form of a case that passes on the reference device and fails on the device.
+    /// The first form of a case that passes on the reference device and fails on the device; none without a reference device.
     fn case(
         &self,
         finding: &Finding,
@@ -366,7 +401,7 @@ impl<'a, 'm> Campaign<'a, 'm> {
     ) -> Result<Option<WrittenCase>, CannotExplore> {
         let manual = self.bench.manual();
         let variant = self.bench.variant_index();
-        let device = self.reference.device();
+        let Some(device) = self.reference.as_ref().map(LearnedReference::device) else { return Ok(None) };
         let mut longer = finding.steps.clone();
         longer.push(ControllerAction::Wait(LATER).into());
         let later = self.bench.drive(&longer, &device)?;
@@ -412,97 +447,4 @@ impl<'a, 'm> Campaign<'a, 'm> {
         }
         Ok(None)
     }
-
-    /// What differs as a name of the suite language.
-    fn name(&self, found: &LogDifference, logs: [&StepLog; 2]) -> String {
-        let [one, two] = logs.map(|log| raw(log, found));
-        let manual = self.bench.manual();
-        match &found.name {
-            DifferenceName::Read(name) => name.clone(),
-            DifferenceName::Part(key) => {
-                let answers =
-                    logs.into_iter().filter_map(|log| log.steps.get(found.step)).flat_map(|step| &step.answers);
-                let part = answers.map(|(part, _)| part).find(|part| format!("{part:?}") == key.0);
-                let name = part.and_then(|part| literal::part_name(&manual.device, part));
-                name.map_or_else(|| "answer".to_owned(), |name| format!("answer.{name}"))
-            }
-            DifferenceName::Event(kind) => kind.clone(),
-            DifferenceName::Protocol(kind) => (*kind).to_owned(),
-            DifferenceName::Sent(name) => {
-                let said = literal::of_sent(
-                    &manual.device,
-                    self.bench.variant_index(),
-                    *name,
-                    one.or(two).or(Some(0)),
-                    two.or(one),
-                );
-                said.map_or_else(|| format!("{name:?}"), |(path, _)| path)
-            }
-        }
-    }
-
-    fn value(&self, log: &StepLog, found: &LogDifference) -> String {
-        let Some(step) = log.steps.get(found.step) else { return String::new() };
-        match &found.name {
-            DifferenceName::Read(name) => {
-                let value = step.reads.iter().find(|(known, _)| known == name).map(|(_, value)| value);
-                value.and_then(|value| literal::of_value(value, &[])).unwrap_or_else(|| "nothing".to_owned())
-            }
-            DifferenceName::Part(part) => {
-                let reply = step.answers.iter().find(|(known, _)| format!("{known:?}") == part.0);
-                reply.map_or_else(
-                    || step.error.clone().unwrap_or_else(|| "nothing".to_owned()),
-                    |(_, reply)| {
-                        let said = literal::of_reply(&self.bench.manual().device, reply);
-                        said.unwrap_or_else(|| shown(reply))
-                    },
-                )
-            }
-            DifferenceName::Sent(name) => {
-                let values = step.changes.iter().filter_map(|change| match change.what {
-                    Observed::Value(known, value) if known == *name => Some((change.after, value)),
-                    _ => None,
-                });
-                let texts: Vec<String> = values
-                    .map(|(after, value)| match value {
-                        Some(value) => format!("0x{value:X} after {after:?}"),
-                        None => format!("nothing after {after:?}"),
-                    })
-                    .take(4)
-                    .collect();
-                if texts.is_empty() { "unchanged".to_owned() } else { texts.join(", ") }
-            }
-            DifferenceName::Event(_) => {
-                let events = step.changes.iter().filter_map(|change| match &change.what {
-                    Observed::Event(said) => Some(
-                        said.iter()
-                            .filter_map(|(name, value)| Some(format!("{name}: {}", literal::of_value(value, &[])?)))
-                            .collect::<Vec<_>>()
-                            .join(", "),
-                    ),
-                    Observed::Value(..) => None,
-                });
-                let events: Vec<String> = events.collect();
-                if events.is_empty() { "none".to_owned() } else { events.join("; ") }
-            }
-            DifferenceName::Protocol(_) => "as the bus requires".to_owned(),
-        }
-    }
-}
-
-/// The value of what differs at the time when it does.
-fn raw(log: &StepLog, found: &LogDifference) -> Option<u64> {
-    let DifferenceName::Sent(name) = &found.name else { return None };
-    let changes = log
-        .steps
-        .iter()
-        .enumerate()
-        .take(found.step + 1)
-        .flat_map(|(step, of)| of.changes.iter().map(move |of| (step, of)));
-    let at_the_time = changes.filter(|(step, change)| *step < found.step || change.after <= found.after);
-    let mut values = at_the_time.filter_map(|(_, change)| match change.what {
-        Observed::Value(known, value) if known == *name => Some(value),
-        _ => None,
-    });
-    values.next_back().flatten()
 }

@@ -3,6 +3,7 @@
 //! Both have the same steps, so that they are compared step by step: the answers, then each value that the device sends by itself, by
 //! the time since the step began, and its events.
 
+use crate::bench::SequenceLog;
 use engine::step_log::{LoggedChange, LoggedStep, Observed, ObservedName, StepLog};
 use judge::answer::ReceivedReply;
 use station::Duration;
@@ -25,6 +26,8 @@ pub enum LogDifferenceKind {
     Time,
     /// A device that is silent, answers what was not asked, or sends what cannot be read.
     Protocol,
+    /// A rule of the manual that breaks.
+    Rule,
 }
 
 impl LogDifferenceKind {
@@ -36,6 +39,7 @@ impl LogDifferenceKind {
             LogDifferenceKind::Event => "event",
             LogDifferenceKind::Time => "time",
             LogDifferenceKind::Protocol => "protocol",
+            LogDifferenceKind::Rule => "rule",
         }
     }
 }
@@ -53,6 +57,8 @@ pub enum DifferenceName {
     Event(String),
     /// A protocol error by its kind.
     Protocol(&'static str),
+    /// A rule by its id.
+    Rule(String),
 }
 
 /// A part of an answer, in an order.
@@ -83,7 +89,21 @@ impl LogDifference {
 }
 
 /// The first difference between the reference device and another one; `None` if they did the same.
-pub fn first(reference: &StepLog, other: &StepLog) -> Option<LogDifference> {
+pub fn first(reference: &SequenceLog, other: &SequenceLog) -> Option<LogDifference> {
+    let found = first_of_steps(&reference.log, &other.log).or_else(|| protocol_error(&reference.log, &other.log));
+    found.or_else(|| {
+        let is_new = |id: &String| reference.broken.iter().all(|of| of.id != *id);
+        let rule = other.broken.iter().find(|of| is_new(&of.id))?;
+        Some(at_end(&other.log, LogDifferenceKind::Rule, DifferenceName::Rule(rule.id.clone())))
+    })
+}
+
+/// What differs after the last step.
+fn at_end(log: &StepLog, kind: LogDifferenceKind, name: DifferenceName) -> LogDifference {
+    LogDifference { kind, name, step: log.steps.len().saturating_sub(1), after: Duration::MAX }
+}
+
+fn first_of_steps(reference: &StepLog, other: &StepLog) -> Option<LogDifference> {
     let mut standing = Standing::default();
     for (step, (one, two)) in reference.steps.iter().zip(&other.steps).enumerate() {
         let answer = answers(one, two).map(|name| LogDifference {
@@ -97,11 +117,14 @@ pub fn first(reference: &StepLog, other: &StepLog) -> Option<LogDifference> {
             return Some(found);
         }
     }
+    None
+}
+
+fn protocol_error(reference: &StepLog, other: &StepLog) -> Option<LogDifference> {
     let known = |errors: &StepLog, kind: &str| errors.protocol_errors.iter().any(|of| of.kind == kind);
     let new = other.protocol_errors.iter().find(|of| !known(reference, of.kind));
     let kind = new.or_else(|| reference.protocol_errors.iter().find(|of| !known(other, of.kind)))?.kind;
-    let (kind, name) = (LogDifferenceKind::Protocol, DifferenceName::Protocol(kind));
-    Some(LogDifference { kind, name, step: reference.steps.len().saturating_sub(1), after: Duration::MAX })
+    Some(at_end(reference, LogDifferenceKind::Protocol, DifferenceName::Protocol(kind)))
 }
 
 /// A difference of values says more than one of time, and an answer more than a value.

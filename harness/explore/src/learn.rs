@@ -1,10 +1,9 @@
 //! Which of the variations that a manual permits explain what a device does.
 
-use crate::bench::{CannotExplore, ExploreBench, LoadedSequences};
+use crate::bench::{CannotExplore, ExploreBench, LoadedSequences, SequenceLog};
 use crate::difference::first;
 use crate::distance::{Counters, counters, distance};
 use crate::draw::Draw;
-use engine::step_log::StepLog;
 use engine::{DutKind, DutSpec};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -74,7 +73,7 @@ impl LearnedReference {
         bench: &ExploreBench<'_>,
         loaded: &LoadedSequences,
         number: usize,
-        other: &StepLog,
+        other: &SequenceLog,
         most_runs: usize,
     ) -> Result<bool, CannotExplore> {
         let device = &bench.manual().device;
@@ -108,7 +107,7 @@ struct Search<'a, 'm> {
     bench: &'a ExploreBench<'m>,
     loaded: &'a LoadedSequences,
     number: usize,
-    other: &'a StepLog,
+    other: &'a SequenceLog,
     counters: Counters,
     known: BTreeMap<BTreeSet<usize>, f64>,
     most_runs: usize,
@@ -121,9 +120,9 @@ impl Search<'_, '_> {
         }
         let names: Vec<String> = set.iter().filter_map(|index| self.reference.permitted.get(*index).cloned()).collect();
         let observed = self.bench.run(self.loaded, self.number, &self.reference.with(&names));
-        let distance = observed.map_or(f64::INFINITY, |observed| match first(&observed.log, self.other) {
+        let distance = observed.map_or(f64::INFINITY, |observed| match first(&observed, self.other) {
             None => 0.0,
-            Some(_) => distance(&observed.log, self.other, &self.counters).max(f64::MIN_POSITIVE),
+            Some(_) => distance(&observed.log, &self.other.log, &self.counters).max(f64::MIN_POSITIVE),
         });
         self.known.insert(set.clone(), distance);
         distance

@@ -13,6 +13,7 @@ mod activity;
 pub mod bench;
 pub mod campaign;
 pub mod case;
+mod described;
 pub mod difference;
 mod distance;
 mod draw;

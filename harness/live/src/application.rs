@@ -307,10 +307,24 @@ impl LiveDevice for ApplicationOnBench {
         self.state().lost.get_or_insert_with(|| why.to_owned());
     }
 
+    fn objection(&self, variant: &SuiteVariant, trial: &Trial) -> Option<String> {
+        self.missing(variant, trial).map(|(why, _)| why)
+    }
+
     fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), TrialExclusion> {
         if link::interrupt::requested() {
             return Err(TrialExclusion::NotRun("the run was interrupted".to_owned()));
         }
+        if let Some((why, lines)) = self.missing(variant, trial) {
+            return Err(TrialExclusion::NotApplicable { why, lines });
+        }
+        self.revive().map_err(TrialExclusion::Inconclusive)
+    }
+}
+
+impl ApplicationOnBench {
+    /// What a trial needs and the bench has not: a sentence, and the lines of the bench file.
+    fn missing(&self, variant: &SuiteVariant, trial: &Trial) -> Option<(String, Vec<String>)> {
         // A virtual wire has what no real line has.
         let is_of_line = |need: &BenchNeed| {
             matches!(need, BenchNeed::BitTiming | BenchNeed::Rate(_) | BenchNeed::Virtual(_) | BenchNeed::Long { .. })
@@ -323,10 +337,7 @@ impl LiveDevice for ApplicationOnBench {
         if of_description.is_some() {
             lines.push(if self.manual.device.profibus().is_some() { "gsd" } else { "gsdml" }.to_owned());
         }
-        if let Some(why) = needs::missing(&needs, bench, true, u32::MAX).or(of_description) {
-            return Err(TrialExclusion::NotApplicable { why, lines });
-        }
-        self.revive().map_err(TrialExclusion::Inconclusive)
+        needs::missing(&needs, bench, true, u32::MAX).or(of_description).map(|why| (why, lines))
     }
 }
 

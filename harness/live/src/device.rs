@@ -369,6 +369,13 @@ impl LiveDevice for DeviceOnBench {
         self.state().lost.get_or_insert_with(|| why.to_owned());
     }
 
+    fn objection(&self, variant: &SuiteVariant, trial: &Trial) -> Option<String> {
+        match self.check_bench(&needs::needs(self.manual(), variant, trial), trial) {
+            Err(TrialExclusion::NotApplicable { why, .. }) => Some(why),
+            Ok(()) | Err(_) => None,
+        }
+    }
+
     fn admit(&self, variant: &SuiteVariant, trial: &Trial) -> Result<(), TrialExclusion> {
         if link::interrupt::requested() {
             return Err(TrialExclusion::NotRun("the run was interrupted".to_owned()));

@@ -316,6 +316,21 @@ impl Checker {
     ///
     /// `path` is below `suites`: the folder of this manual and the name of the file. Fails with the first mistakes of the text.
     pub fn alone(&self, path: &str, text: &str) -> Result<Manual, LoadErrors> {
+        self.beside(&[], path, text)
+    }
+
+    /// The same with the rules of the manual, which are judged in each trial of the file.
+    pub fn with_rules(&self, path: &str, text: &str) -> Result<Manual, LoadErrors> {
+        let has_rules = |node: &Node| node.get("rules").is_some();
+        let uses_rules =
+            |node: &Node| node.get("use").is_some_and(|used| common(&self.base.common, used).is_ok_and(has_rules));
+        let others: Vec<&(String, Node)> =
+            self.nodes.iter().filter(|(_, node)| has_rules(node) || uses_rules(node)).collect();
+        self.beside(&others, path, text)
+    }
+
+    /// The topic file `path` with this text, and the rules of `others`.
+    fn beside(&self, others: &[&(String, Node)], path: &str, text: &str) -> Result<Manual, LoadErrors> {
         let name = path.rsplit('/').next().unwrap_or(path).trim_end_matches(".yaml");
         let mistakes = Mistakes::only_first();
         let mut files = self.files.clone();
@@ -324,7 +339,12 @@ impl Checker {
         let mut variants = Vec::new();
         if let Some(node) = mistakes.keep(yaml::parse(opened.0, &opened.1)) {
             let ground = self.base.ground(&self.sources, &files, &mistakes);
-            variants = topics(&self.base, &self.base.common, &[&(name.to_owned(), node)], &ground, &Used::default());
+            let own = (name.to_owned(), node);
+            let nodes = [&[&own], others].concat();
+            variants = topics(&self.base, &self.base.common, &nodes, &ground, &Used::default());
+            let suite = own.1.get("suite").and_then(Node::scalar).unwrap_or(name);
+            let is_own = |trial: &Trial| trial.id.split_once('/').is_some_and(|(topic, _)| topic == suite);
+            variants.iter_mut().for_each(|variant| variant.trials.retain(is_own));
         }
         if mistakes.count() > 0 {
             return Err(files.errors(&mistakes));

@@ -6,7 +6,7 @@ use wire::profibus::fdl::BitTimes;
 /// The min TSDR of each station, as far as the frames on the bus prove that it is in force.
 ///
 /// A Set_Prm can be acknowledged and refused afterwards. It is in force once the slave answers a Data_Exchange of the master that
-/// sent it; until then 11 bit times count.
+/// sent it; until then 11 bit times count, and also once the slave has not answered a request, since its power may have been off.
 #[derive(Debug, Default)]
 pub(crate) struct MinTsdrs {
     /// The stations with another than the default.
@@ -28,7 +28,15 @@ impl MinTsdrs {
     /// Takes a frame that has ended on the bus.
     pub(crate) fn observe(&mut self, frame: BurstRole) {
         match (frame, self.asked.take()) {
-            (BurstRole::Request(asked), _) => self.asked = Some(asked),
+            (BurstRole::Request(_) | BurstRole::Unanswered, before) => {
+                if let Some(silent) = before {
+                    self.put(silent.station(), BitTimes::DEFAULT_MIN_TSDR);
+                }
+                self.asked = match frame {
+                    BurstRole::Request(asked) => Some(asked),
+                    _ => None,
+                };
+            }
             (BurstRole::Answer(AnswerKind::ShortAcknowledgement), Some(AskedService::SetPrm(sent))) => {
                 self.put(sent.slave, BitTimes::DEFAULT_MIN_TSDR);
                 self.acknowledged = Some(sent);
@@ -108,6 +116,9 @@ mod tests {
     #[case::below_the_least([set_prm(MASTER, 0), E5.into(), data_exchange(MASTER), inputs(MASTER)].into(), 11)]
     #[case::replaced(
         [set_prm(MASTER, 60), E5.into(), data_exchange(MASTER), inputs(MASTER), set_prm(MASTER, 0), E5.into()].into(), 11
+    )]
+    #[case::silent(
+        [set_prm(MASTER, 60), E5.into(), data_exchange(MASTER), inputs(MASTER), data_exchange(MASTER)].into(), 11
     )]
     fn a_set_prm_counts_once_data_exchange_is_answered(#[case] frames: Vec<Vec<u8>>, #[case] bits: u64) {
         let mut times = MinTsdrs::default();

@@ -1,5 +1,6 @@
 //! `encspec explore`: runs sequences that no case names on a device and on its reference device, and writes each difference as a case.
 
+use super::live::{self, LiveTarget};
 use super::reports::{ReportRequest, check_folders, open_all, parse_report_request, uses_standard_output, write_all};
 use super::{CommandError, CommandResult, Suites, show};
 use clap::Args;
@@ -7,8 +8,11 @@ use engine::DutSpec;
 use explore::SequenceStep;
 use explore::bench::{CannotExplore, ExploreBench};
 use explore::campaign::{Campaign, CampaignOptions, CampaignResult, Finding};
+use explore::difference::LogDifferenceKind;
+use explore::learn::LearnedReference;
 use plain_text::count;
 use report::ExitStatus;
+use results::bench_file::LinkSpec;
 use results::outcome::{CaseFailure, CaseKind, CaseResult, DeviceRun, Dut, FailureCause, RunResult};
 use results::verdict::Verdict;
 use std::fmt::Write as _;
@@ -17,6 +21,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use suite::Location;
 use suite::model::{Level, Manual};
+use suite_yaml::Sources;
 
 /// How many sequences are run where neither `--sequences` nor `--time` is given.
 const USUAL: u64 = 1000;
@@ -29,9 +34,13 @@ const EXAMPLE: &str = "Example: encspec explore --dut model:MANUAL/VARIANT --bug
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLE)]
 pub(super) struct ExploreArgs {
-    /// Device under test: model:MANUAL/VARIANT, a reference device
+    /// Device under test: model:MANUAL/VARIANT, a reference device; or app:COMMAND, a program that is the application of a device, or
+    /// its bench file
     #[arg(long, value_name = "DUT")]
     dut: String,
+    /// Manual and variant that a program claims to be, where --dut does not name them
+    #[arg(long, value_name = "MANUAL/VARIANT")]
+    device: Option<String>,
     /// Enable a bug of the reference device; may be repeated; `encspec bugs` lists them
     #[arg(long, value_name = "NAME")]
     bug: Vec<String>,
@@ -69,22 +78,38 @@ pub(super) struct ExploreArgs {
 pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
     let manuals = args.suites.load()?;
     let deviations = [args.bug.as_slice(), &args.vary].concat();
-    let devices = super::dut::devices(std::slice::from_ref(&args.dut), None, &deviations, &manuals)
+    let devices = super::dut::devices(std::slice::from_ref(&args.dut), args.device.as_deref(), &deviations, &manuals)
         .map_err(CommandError::usage)?;
-    let [spec] = devices.here.as_slice() else {
-        let name = args.dut.trim_start_matches("model:");
-        return Err(match devices.here.first() {
-            Some(first) => CommandError::usage(format!(
-                "`{name}` has several variants; name one, for instance `model:{name}/{}`",
-                first.variant
-            )),
-            None => CommandError::usage(format!("`{}` is no reference device; write model:MANUAL/VARIANT", args.dut)),
-        });
+    let device = match (devices.live.as_slice(), devices.here.as_slice()) {
+        ([target], _) => program(target, &manuals, args)?,
+        (_, [spec]) => ExploredDevice { spec: spec.clone(), sources: args.suites.sources()?, has_reference: true },
+        (_, all) => {
+            let name = args.dut.trim_start_matches("model:");
+            return Err(match all.first() {
+                Some(first) => CommandError::usage(format!(
+                    "`{name}` has several variants; name one, for instance `model:{name}/{}`",
+                    first.variant
+                )),
+                None => {
+                    CommandError::usage(format!("`{}` is no reference device; write model:MANUAL/VARIANT", args.dut))
+                }
+            });
+        }
     };
-    let manual = manuals.iter().find(|of| of.device.name == spec.manual);
+    let ExploredDevice { spec, sources, has_reference } = &device;
+    let manual = match spec.live() {
+        Some(live) => Some(live.manual()),
+        None => manuals.iter().find(|of| of.device.name == spec.manual),
+    };
     let manual = manual.ok_or_else(|| CommandError::usage(format!("there is no suite for {}", spec.manual)))?;
-    check_deviations(spec, manual)?;
-    let bench = ExploreBench::new(&args.suites.sources()?, manual, &spec.variant).map_err(stop)?;
+    if spec.live().is_none() {
+        check_deviations(spec, manual)?;
+    }
+    let mut bench = ExploreBench::new(sources, manual, &spec.variant).map_err(stop)?;
+    if let Some(live) = spec.live() {
+        bench = bench.described(live.manual().device.clone());
+    }
+    let reference = has_reference.then(|| LearnedReference::new(spec)).transpose().map_err(stop)?;
     check_folders(&args.report)?;
     let files = open_all(&args.report)?;
     if let Some(folder) = &args.out {
@@ -99,7 +124,7 @@ pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
         kept: kept_seeds(args.corpus.as_deref())?,
         most_findings: args.findings,
     };
-    let result = Campaign::new(&bench, spec, &options).map_err(stop)?.run(&mut |_, _| {}).map_err(stop)?;
+    let result = Campaign::new(&bench, spec, reference, &options).run(&mut |_, _| {}).map_err(stop)?;
     if let Some(error) = result.invalid.first() {
         return Err(CommandError::usage(format!(
             "{}; the first:\n{error}",
@@ -114,9 +139,34 @@ pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
     let run = run_result(spec, cases);
     write_all(&args.report, files, &run, &manuals)?;
     if !uses_standard_output(&args.report) {
-        show(&text(args, spec, manual, &result));
+        show(&text(args, spec, manual, &result, *has_reference));
     }
     Ok(if result.findings.is_empty() { ExitStatus::Green } else { ExitStatus::Red })
+}
+
+/// The device that is explored.
+struct ExploredDevice {
+    spec: DutSpec,
+    /// The suite of the device.
+    sources: Sources,
+    /// Whether there is a reference device that does the same.
+    has_reference: bool,
+}
+
+/// Starts a program that is the application of a device.
+fn program(target: &LiveTarget, manuals: &[Manual], args: &ExploreArgs) -> Result<ExploredDevice, CommandError> {
+    let bench = target.bench(manuals)?;
+    if !matches!(bench.link, LinkSpec::App(_)) {
+        return Err(CommandError::usage(format!(
+            "{} cannot be explored; name a reference device, or a program: --dut app:COMMAND, or its bench file",
+            bench.link
+        )));
+    }
+    // Nothing but its description says what such a device does.
+    let is_unknown = bench.claim.variant.is_empty();
+    let spec = live::open(bench.clone(), &args.suites, false, None)?;
+    let has_reference = !is_unknown && deviations::subject(&spec.manual).is_ok();
+    Ok(ExploredDevice { sources: live::sources(&bench, &args.suites, &spec)?, has_reference, spec })
 }
 
 fn stop(error: CannotExplore) -> CommandError {
@@ -139,8 +189,11 @@ fn check_deviations(spec: &DutSpec, manual: &Manual) -> Result<(), CommandError>
 fn repeat(args: &ExploreArgs, spec: &DutSpec, finding: &Finding) -> String {
     let option =
         |name: &str, values: Vec<String>| values.iter().map(|value| format!(" --{name} {value}")).collect::<String>();
+    let dut = spec.to_string();
+    let dut = if dut.contains(char::is_whitespace) { format!("'{dut}'") } else { dut };
     format!(
-        "encspec explore --dut {spec}{}{}{} --seed {} --sequences {}",
+        "encspec explore --dut {dut}{}{}{}{} --seed {} --sequences {}",
+        option("device", args.device.iter().cloned().collect()),
         option("bug", spec.bugs()),
         option("vary", args.vary.clone()),
         option("focus", args.focus.clone()),
@@ -160,8 +213,13 @@ fn case_result(
     let line = repeat(args, spec, finding);
     if let Some(folder) = &args.out {
         let path = folder.join(format!("explored-{number}.yaml"));
-        let text =
-            finding.case.as_ref().map_or_else(|| bench.topic(std::slice::from_ref(&finding.steps)), |case| case.yaml());
+        let steps = std::slice::from_ref(&finding.steps);
+        let covered = finding.rules.iter().flat_map(|rule| &rule.covers).next();
+        let text = match (&finding.case, covered) {
+            (Some(case), _) => case.yaml(),
+            (None, Some(requirement)) => bench.topic_covering(requirement, steps),
+            (None, None) => bench.topic(steps),
+        };
         let text = format!("# {line}\n{text}");
         fs::write(&path, text)
             .map_err(|error| CommandError::bench(format!("{} cannot be written: {error}", path.display())))?;
@@ -174,7 +232,10 @@ fn case_result(
         }
         return Ok(result);
     }
-    let what = format!("{}: the reference device {}, this device {}.", finding.name, finding.reference, finding.device);
+    let what = match finding.kind {
+        LogDifferenceKind::Rule | LogDifferenceKind::Protocol => finding.device.clone(),
+        _ => format!("{}: the reference device {}, this device {}.", finding.name, finding.reference, finding.device),
+    };
     let at = Location { file: std::sync::Arc::new(PathBuf::new()), line: 1, column: 1 };
     let failure = CaseFailure {
         blame: FailureCause::Device,
@@ -220,7 +281,7 @@ fn run_result(spec: &DutSpec, cases: Vec<CaseResult>) -> RunResult {
     RunResult { runs: vec![run], ..RunResult::default() }
 }
 
-fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignResult) -> String {
+fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignResult, has_reference: bool) -> String {
     let mut out = String::new();
     let _ = writeln!(
         out,
@@ -234,9 +295,10 @@ fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignRe
     }
     let device = &manual.device;
     let (reached, values) = result.states.values(device);
+    let whose = if has_reference { "reference " } else { "" };
     let _ = writeln!(
         out,
-        "  reached {} states and {} pairs of transitions of the reference device, {reached} of {values} values of the inputs",
+        "  reached {} states and {} pairs of transitions of the {whose}device, {reached} of {values} values of the inputs",
         result.states.states(),
         result.states.pairs()
     );
@@ -248,7 +310,9 @@ fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignRe
         let _ = writeln!(out, "    and {} more", never.len() - MOST_LISTED);
     }
     if result.findings.is_empty() {
-        let _ = writeln!(out, "  no difference from the reference device");
+        let same = "no difference from the reference device";
+        let said = if has_reference { same } else { "no rule breaks, and there is no error of the protocol" };
+        let _ = writeln!(out, "  {said}");
     }
     for (index, finding) in result.findings.iter().enumerate() {
         finding_text(&mut out, args, spec, finding, index + 1);
@@ -258,13 +322,16 @@ fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignRe
 
 fn finding_text(out: &mut String, args: &ExploreArgs, spec: &DutSpec, finding: &Finding, number: usize) {
     let _ = writeln!(out, "\n{number}. {} ({})", finding.name, finding.kind.word());
-    let _ = writeln!(out, "   reference device: {}", finding.reference);
+    // What is wrong whatever the device is needs no reference device.
+    if !matches!(finding.kind, LogDifferenceKind::Rule | LogDifferenceKind::Protocol) {
+        let _ = writeln!(out, "   reference device: {}", finding.reference);
+    }
     let _ = writeln!(out, "   this device:      {}", finding.device);
     if !finding.is_stable {
         let _ = writeln!(out, "   unstable: it did not show in each repetition");
     }
     for rule in &finding.rules {
-        let _ = writeln!(out, "   the rule {} breaks ({}): {}", rule.id, rule.covers.join(", "), rule.what);
+        let _ = writeln!(out, "   the rule {} breaks ({})", rule.id, rule.covers.join(", "));
     }
     let lines: Vec<String> = match &finding.case {
         Some(case) => {
@@ -283,7 +350,9 @@ fn finding_text(out: &mut String, args: &ExploreArgs, spec: &DutSpec, finding: &
             case.steps.iter().flat_map(line).collect()
         }
         None => {
-            let _ = writeln!(out, "   no case shows it; the {} are:", count(finding.steps.len(), "step", "steps"));
+            let what =
+                if finding.rules.is_empty() { "no case shows it" } else { "in a case with them the rule breaks" };
+            let _ = writeln!(out, "   {what}; the {} are:", count(finding.steps.len(), "step", "steps"));
             finding.steps.iter().map(|step: &SequenceStep| step.action.yaml()).collect()
         }
     };

@@ -24,7 +24,7 @@ use std::time::Duration;
 use suite::device::{DeviceDescription, Origin};
 use suite::model::Manual;
 use suite::persona::Persona;
-use suite_yaml::{ANY_DP_ENCODER, ANY_ENCODER, BenchTimes, load};
+use suite_yaml::{ANY_DP_ENCODER, ANY_ENCODER, BenchTimes, Sources, load};
 
 /// A live device as named on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -320,6 +320,20 @@ pub(super) fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, Comma
 
 /// The same for an encoder without a manual whose P979 says this.
 fn manual_with_format(bench: &BenchFile, suites: &Suites, format: SensorFormat) -> Result<Manual, CommandError> {
+    let sources = sources_with_format(bench, suites, format)?;
+    let mut manuals = load(&sources, Some(&bench.claim.manual))?;
+    manuals.pop().ok_or_else(|| CommandError::usage(format!("there is no suite for {}", bench.claim.manual)))
+}
+
+/// The files of the suite that the device claims to implement, for an open device.
+pub(super) fn sources(bench: &BenchFile, suites: &Suites, dut: &DutSpec) -> Result<Sources, CommandError> {
+    let known = dut.live().filter(|_| bench.claim.variant.is_empty());
+    let format =
+        known.and_then(|live| engine::sensor_format(live.manual(), live.manual().variants.first()?, dut).ok()?);
+    sources_with_format(bench, suites, format.unwrap_or_default())
+}
+
+fn sources_with_format(bench: &BenchFile, suites: &Suites, format: SensorFormat) -> Result<Sources, CommandError> {
     let boot_time = bench.boot_time.map(|time| ("power_up".to_owned(), Value::nanos(time.as_nanos() as i128)));
     let times = BenchTimes {
         cycle: bench.cycle,
@@ -342,8 +356,7 @@ fn manual_with_format(bench: &BenchFile, suites: &Suites, format: SensorFormat) 
     } else if let Some(encoder) = GsdmlEncoder::of_bench(bench)? {
         sources = encoder.sources(sources, format)?;
     }
-    let mut manuals = load(&sources, Some(&bench.claim.manual))?;
-    manuals.pop().ok_or_else(|| CommandError::usage(format!("there is no suite for {}", bench.claim.manual)))
+    Ok(sources)
 }
 
 pub(super) fn read_gsdml(path: &Path) -> Result<Gsdml, CommandError> {

@@ -52,8 +52,8 @@ fn command(language: &str, folder: &Folder) -> Option<String> {
     }
 }
 
-/// Runs the suite of a bus against a command, with the bench file of an example.
-fn run(folder: &Folder, bus: &str, command: &str) -> ProgramOutput {
+/// Writes the bench file of an example for a command; returns its name.
+fn bench(folder: &Folder, bus: &str, command: &str) -> String {
     let bench = fs::read_to_string(examples().join(format!("python/{bus}.yaml"))).expect("the bench file");
     let descriptions = examples().display().to_string();
     let lines = bench.lines().map(|line| match line.split_once(": ") {
@@ -62,10 +62,16 @@ fn run(folder: &Folder, bus: &str, command: &str) -> ProgramOutput {
     });
     let name = format!("{bus}.yaml");
     folder.write(&name, lines.collect::<String>());
+    name
+}
+
+/// Runs the suite of a bus against a command, with the bench file of an example.
+fn run(folder: &Folder, bus: &str, command: &str) -> ProgramOutput {
+    let name = bench(folder, bus, command);
     encspec(folder.path(), &["run", "--dut", &name, "--no-evidence", "-v"])
 }
 
-fn check_example(language: &str) {
+fn check_example(language: &str, rule: &str) {
     let folder = Folder::new("application");
     let Some(command) = command(language, &folder) else { return };
     for (bus, fewest) in [("profinet", 380), ("profibus", 180), ("profidrive", 270)] {
@@ -79,6 +85,7 @@ fn check_example(language: &str) {
         let line = ran.out.lines().find(|line| line.starts_with("  fail ") && line.contains(found));
         assert!(ran.status == Some(1) && line.is_some(), "{language}, {mistake}: {}", ran.all());
     }
+    check_explored(language, &command, &folder, rule);
 }
 
 /// Deliberate mistakes, each with a bus on which it shows and a case that finds it.
@@ -92,19 +99,42 @@ const MISTAKES: [(&str, &str, &str); 7] = [
     ("preset", "profidrive", "profidrive-encoder/preset/"),
 ];
 
+/// No case finds the mistake of a sequence; exploring does, and finds nothing in the example without it.
+fn check_explored(language: &str, command: &str, folder: &Folder, rule: &str) {
+    let mistake = format!("{command} --mistake sequence");
+    let ran = run(folder, "profidrive", &mistake);
+    assert_eq!(ran.status, Some(0), "{language}: {}", ran.all());
+    let explored = |bus: &str, command: &str, sequences: &str| {
+        let dut = bench(folder, bus, command);
+        encspec(
+            folder.path(),
+            &["explore", "--dut", &dut, "--sequences", sequences, "--findings", "1", "--out", "found"],
+        )
+    };
+    for (bus, sequences) in [("profidrive", "100"), ("profibus", "40")] {
+        let said = explored(bus, command, sequences);
+        assert_eq!(said.status, Some(0), "{language} on {bus}: {}", said.all());
+    }
+    let said = explored("profidrive", &mistake, "2000");
+    assert_eq!(said.status, Some(1), "{language}: {}", said.all());
+    assert!(said.out.contains(&format!("the rule {rule} breaks")), "{language}: {}", said.out);
+    let case = fs::read_to_string(folder.path().join("found/explored-1.yaml")).expect("the written steps");
+    assert!(case.contains("- connect: { module: telegram_81 }"), "{case}");
+}
+
 #[test]
 fn example_in_python() {
-    check_example("python");
+    check_example("python", "rules/parked-state-ends");
 }
 
 #[test]
 fn example_in_c() {
-    check_example("c");
+    check_example("c", "rules/error-acknowledgement-ends");
 }
 
 #[test]
 fn example_in_rust() {
-    check_example("rust");
+    check_example("rust", "rules/position-or-error-never-both");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use crate::common::program::encspec;
 use encspec::verdict::Verdict;
 use explore::bench::ExploreBench;
 use explore::campaign::{Campaign, CampaignOptions, CampaignResult};
+use explore::learn::LearnedReference;
 use rstest::rstest;
 use std::fs;
 use testing::{DailySample, Folder};
@@ -20,7 +21,8 @@ fn explored(name: &str, variant: usize, deviations: &[&str], options: &CampaignO
     let of = manual(name);
     let dut = model(of, &of.variants[variant], deviations);
     let bench = ExploreBench::new(&suites::sources(), of, &dut.variant).expect("a bench");
-    Campaign::new(&bench, &dut, options).expect("a campaign").run(&mut |_, _| {}).expect("a result")
+    let reference = LearnedReference::new(&dut).expect("a reference device");
+    Campaign::new(&bench, &dut, Some(reference), options).run(&mut |_, _| {}).expect("a result")
 }
 
 #[test]

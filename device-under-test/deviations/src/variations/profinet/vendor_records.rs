@@ -31,8 +31,9 @@ pub struct VendorRecords {
 impl StackHooks for VendorRecords {
     fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
         match check {
-            StackCheck::ConnectionLimit { is_exchange: true, .. } => {
-                if verdict {
+            // Beside another connection those of the first one hold.
+            StackCheck::ConnectionLimit { is_exchange: true, others } => {
+                if verdict && others == 0 {
                     self.written = Default::default();
                 }
                 verdict
