@@ -5,7 +5,7 @@ use super::report::{CaptureReport, ConnectionReport};
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use thiserror::Error;
-use virtual_wire::capture::{CaptureItem, NotACapture};
+use virtual_wire::capture::{CaptureItem, LinkType, NotACapture};
 use virtual_wire::{CaptureReader, PcapngWriter};
 use wire::ethernet::Mac;
 
@@ -21,12 +21,17 @@ pub enum CannotAnnotate {
 }
 
 /// Writes the packets of `input`, the capture of `report`, to `output` as pcapng, with the findings as comments beside those they have.
-/// Damaged places of the file are left out.
+/// Damaged places of the file are left out. PROFIBUS frames get the user link type `user` (0 to 15), if there is one.
 ///
 /// # Errors
 ///
 /// `input` is no capture any more, or `output` cannot be written.
-pub fn annotate(report: &CaptureReport, input: impl Read, output: impl Write) -> Result<(), CannotAnnotate> {
+pub fn annotate(
+    report: &CaptureReport,
+    input: impl Read,
+    output: impl Write,
+    user: Option<u8>,
+) -> Result<(), CannotAnnotate> {
     let mut comments: BTreeMap<u64, Vec<String>> = BTreeMap::new();
     for finding in &report.findings {
         // What is about the capture as a whole stands at its first packet.
@@ -50,7 +55,11 @@ pub fn annotate(report: &CaptureReport, input: impl Read, output: impl Write) ->
             Some(known) => *known,
             None => {
                 let name = format!("interface {} of section {}", packet.interface, packet.section);
-                let new = writer.interface(&name, packet.link_type)?;
+                let link = match (packet.link_type, user) {
+                    (LinkType::PROFIBUS, Some(user)) => LinkType::user(user),
+                    (link, _) => link,
+                };
+                let new = writer.interface(&name, link)?;
                 interfaces.insert(key, new);
                 new
             }

@@ -251,6 +251,10 @@ struct ReplayArgs {
     /// Write the capture again as pcapng, with each finding as a comment of its packet and the names of the stations, for Wireshark
     #[arg(long, value_name = "FILE")]
     annotate: Option<PathBuf>,
+    /// With --annotate: write PROFIBUS frames with the user link type NUMBER, 0 to 15, since Wireshark refuses that of PROFIBUS; its
+    /// dissector is printed by `encspec dissect --lua`
+    #[arg(long, value_name = "NUMBER", requires = "annotate", value_parser = clap::value_parser!(u8).range(0..16))]
+    user_link_type: Option<u8>,
     /// Use the rules of this manual only, also for connections whose Connect is not in the capture
     #[arg(long, value_name = "MANUAL[/VARIANT]")]
     device: Option<String>,
@@ -293,7 +297,15 @@ enum SeverityChoice {
 #[derive(Debug, Args)]
 struct DissectArgs {
     /// Capture in pcap or pcapng format, optionally compressed with gzip or zstd; - reads standard input
-    file: PathBuf,
+    #[arg(required_unless_present = "lua")]
+    file: Option<PathBuf>,
+    /// Print the fields of each PROFIBUS frame as a line of JSON, by the names that the dissector for Wireshark uses
+    #[arg(long)]
+    fields: bool,
+    /// Print a dissector for Wireshark, in Lua: PROFIBUS frames of the user link type NUMBER, 0 to 15 (0 unless named)
+    #[arg(long, value_name = "NUMBER", num_args = 0..=1, default_missing_value = "0", conflicts_with_all = ["file", "fields"],
+        value_parser = clap::value_parser!(u8).range(0..16))]
+    lua: Option<u8>,
 }
 
 /// A report that `--report` of `encspec replay` requests.

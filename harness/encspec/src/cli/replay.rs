@@ -10,7 +10,7 @@ use super::{
 use clap::ColorChoice;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use judge::observe::{ProfibusWords, Tracker, describe};
+use judge::observe::{DpFieldValue, ProfibusFields, ProfibusWords, Tracker, describe, dissector};
 use plain_text::printable;
 use replay::{
     self, CaptureReport, FindingSeverity, IpReassembler, Reassembled, ReplayReport, ReportFilter, TextOptions,
@@ -18,6 +18,7 @@ use replay::{
 };
 use report::ExitStatus;
 use report::page::html;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
@@ -86,7 +87,7 @@ pub(super) fn replay(args: &ReplayArgs) -> CommandResult {
         }
     }
     if let Some(file) = args.annotate.as_ref().filter(|_| !report.captures.is_empty()) {
-        annotate(&report, file)?;
+        annotate(&report, file, args.user_link_type)?;
     }
     if bad {
         return Ok(ExitStatus::Usage);
@@ -115,7 +116,7 @@ fn local_offset(seconds: u64) -> i64 {
 }
 
 /// Writes the capture again with its findings as comments.
-fn annotate(report: &ReplayReport, file: &Path) -> Result<(), CommandError> {
+fn annotate(report: &ReplayReport, file: &Path, user: Option<u8>) -> Result<(), CommandError> {
     let cannot = |why: &dyn std::fmt::Display| CommandError::usage(format!("--annotate {}: {why}", file.display()));
     let [capture] = report.captures.as_slice() else {
         return Err(cannot(&"it takes one capture; name one file"));
@@ -129,7 +130,7 @@ fn annotate(report: &ReplayReport, file: &Path) -> Result<(), CommandError> {
     let input = File::open(input)
         .map_err(|error| cannot(&format!("{} cannot be read again: {error}", printable(&capture.file))))?;
     let output = File::create(file).map_err(|error| cannot(&error))?;
-    replay::annotate(capture, input, BufWriter::new(output)).map_err(|error| cannot(&error))
+    replay::annotate(capture, input, BufWriter::new(output), user).map_err(|error| cannot(&error))
 }
 
 /// The HTML page of these captures, which are read again.
@@ -146,19 +147,31 @@ fn page(report: &ReplayReport, manuals: &[Manual]) -> Result<String, CommandErro
 }
 
 pub(super) fn dissect(args: &DissectArgs) -> CommandResult {
-    let cannot = |why: &dyn std::fmt::Display| CommandError::usage(format!("{}: {why}", args.file.display()));
-    let input: Box<dyn Read> = match args.file.to_str() {
+    if let Some(user) = args.lua {
+        show(&dissector(user));
+        return Ok(ExitStatus::Green);
+    }
+    let file = args.file.as_deref().ok_or_else(|| CommandError::usage("name a capture"))?;
+    let cannot = |why: &dyn std::fmt::Display| CommandError::usage(format!("{}: {why}", file.display()));
+    let input: Box<dyn Read> = match file.to_str() {
         Some("-") => Box::new(io::stdin().lock()),
-        _ => Box::new(File::open(&args.file).map_err(|error| cannot(&error))?),
+        _ => Box::new(File::open(file).map_err(|error| cannot(&error))?),
     };
     let mut reader = CaptureReader::new(input).map_err(|error| cannot(&error))?;
     let mut out = BufWriter::new(io::stdout().lock());
     let mut tracker = Tracker::new();
     let mut profibus = ProfibusWords::default();
+    let mut named = ProfibusFields::default();
     let mut datagrams = IpReassembler::default();
     let mut damaged = false;
     while let Some(item) = reader.next() {
         let line = match item {
+            CaptureItem::Packet(packet) if args.fields => {
+                if packet.link_type != LinkType::PROFIBUS {
+                    continue;
+                }
+                fields_line(packet.number as u64, &named.frame(packet.captured))
+            }
             CaptureItem::Packet(packet) => {
                 let number = packet.number as u64;
                 let lines = match packet.link_type {
@@ -195,7 +208,22 @@ pub(super) fn dissect(args: &DissectArgs) -> CommandResult {
     }
     let _ = out.flush();
     if damaged {
-        print_message(&format!("{} is damaged; only the readable frames are shown", args.file.display()));
+        print_message(&format!("{} is damaged; only the readable frames are shown", file.display()));
     }
     Ok(if damaged { ExitStatus::Usage } else { ExitStatus::Green })
+}
+
+/// The fields of a frame as a line of JSON: the number of the frame, and the values of each field in their order.
+fn fields_line(number: u64, fields: &[(String, DpFieldValue)]) -> String {
+    let mut values: BTreeMap<&str, Vec<serde_json::Value>> = BTreeMap::new();
+    for (name, value) in fields {
+        values.entry(name).or_default().push(match value {
+            DpFieldValue::Number(number) => (*number).into(),
+            DpFieldValue::Octets(octets) => {
+                octets.iter().map(|octet| format!("{octet:02x}")).collect::<String>().into()
+            }
+            DpFieldValue::Text(text) => text.as_str().into(),
+        });
+    }
+    serde_json::json!({ "frame": number, "fields": values }).to_string()
 }

@@ -4,6 +4,7 @@
 
 use super::describe::hex;
 use super::dp::watchdog_base_ms;
+use super::dp_services::{DpServices, LastDpRequest, service_word};
 use std::fmt::Write as _;
 use wire::WireError;
 use wire::profibus::address::SetSlaveAddress;
@@ -20,15 +21,7 @@ use wire::profibus::sap::{SapService, SlaveSap};
 /// Formats the frames of one bus as text. It stores the last request, since some answers do not contain their service.
 #[derive(Clone, Debug, Default)]
 pub struct ProfibusWords {
-    asked: Option<LastDpRequest>,
-}
-
-/// The last request.
-#[derive(Clone, Copy, Debug)]
-struct LastDpRequest {
-    da: u8,
-    sa: u8,
-    service: SapService,
+    services: DpServices,
 }
 
 /// The lines of one frame.
@@ -59,10 +52,9 @@ impl ProfibusWords {
         match FdlFrame::parse(octets) {
             Err(error) => lines.damage(&error, octets),
             Ok(FdlFrame::Token { da, sa }) => lines.say(format!("{sa} -> {da} token")),
-            Ok(FdlFrame::ShortAcknowledgement) => match self.asked.take() {
-                Some(asked) => {
-                    let service = service_word(asked.service);
-                    lines.say(format!("{} -> {} {service} short acknowledgement", asked.da, asked.sa));
+            Ok(FdlFrame::ShortAcknowledgement) => match self.services.acknowledged() {
+                Some(LastDpRequest { da, sa, service }) => {
+                    lines.say(format!("{da} -> {sa} {} short acknowledgement", service_word(service)));
                 }
                 None => lines.say("short acknowledgement"),
             },
@@ -72,17 +64,8 @@ impl ProfibusWords {
     }
 
     fn data_frame(&mut self, frame: &DataFrame<'_>, lines: &mut Lines) {
-        let mut service = SapService::of(frame);
+        let service = self.services.of(frame);
         let DataFrame { da, sa, fc, .. } = *frame;
-        if let Some(function) = fc.requested() {
-            self.asked = function.expects_response().then_some(LastDpRequest { da, sa, service });
-        } else if let Some(asked) = self.asked.take()
-            && (asked.da, asked.sa) == (sa, da)
-            && (service == SapService::BareAnswer
-                || service == SapService::DataExchange && matches!(asked.service, SapService::Link(_)))
-        {
-            service = asked.service;
-        }
         let mut line = format!("{sa} -> {da} ");
         if service != SapService::BareAnswer {
             let _ = write!(line, "{} ", service_word(service));
@@ -115,14 +98,6 @@ impl ProfibusWords {
             let error = error.at_offset(head + frame.destination.length() + frame.source.length());
             lines.damage(&error, frame.data);
         }
-    }
-}
-
-fn service_word(service: SapService) -> String {
-    match service {
-        SapService::Connection(sap) => format!("ms2 by SAP {sap}"),
-        SapService::Slave(SlaveSap(sap)) if service.word().is_none() => format!("SAP {sap}"),
-        _ => service.word().unwrap_or("frame").to_owned(),
     }
 }
 

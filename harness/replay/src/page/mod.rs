@@ -14,7 +14,9 @@ use super::text::not_judged;
 use super::walk::{CaptureVisitor, walk};
 use judge::observe::{Observation, ObservedAr};
 use packets::{PacketData, Packets};
-use report::page::{Chapter, HtmlPage, Mark, PageEntry, PagePacket, PageTable, Timeline, Tone};
+use report::page::{
+    Chapter, HtmlPage, Lane, LanePhase, LaneShape, Mark, PageEntry, PagePacket, PageTable, Timeline, Tone,
+};
 use results::outcome::FindingSeverity;
 use std::io::Read;
 use suite::device::{Bus, PerBus};
@@ -81,12 +83,33 @@ pub fn chapter(
         timeline.marks.extend(own);
         timeline
     });
-    Ok(Chapter {
-        heading: report.file.clone(),
-        facts: facts(report),
-        timelines: timelines.collect(),
-        entries,
-        tables: tables(report),
+    let mut timelines: Vec<Timeline> = timelines.collect();
+    timelines.splice(0..0, overview(&timelines, marks.iter().map(|(_, mark)| mark)));
+    Ok(Chapter { heading: report.file.clone(), facts: facts(report), timelines, entries, tables: tables(report) })
+}
+
+/// All connections of a capture on one time axis, with the findings; `None` if there are not several.
+fn overview<'m>(timelines: &[Timeline], marks: impl Iterator<Item = &'m Mark>) -> Option<Timeline> {
+    if timelines.len() < 2 {
+        return None;
+    }
+    let from = timelines.iter().map(|of| of.from).fold(f64::INFINITY, f64::min);
+    let to = timelines.iter().map(|of| of.to).fold(f64::NEG_INFINITY, f64::max);
+    let phases = |of: &Timeline| {
+        let known = of.lanes.iter().find_map(|lane| match &lane.shape {
+            LaneShape::Phases(phases) => Some(phases.clone()),
+            LaneShape::Line(_) | LaneShape::Bit(_) => None,
+        });
+        known.unwrap_or_else(|| vec![LanePhase { from: of.from, to: of.to, word: "data exchange".to_owned() }])
+    };
+    let lanes = timelines.iter().map(|of| Lane { name: of.heading.clone(), shape: LaneShape::Phases(phases(of)) });
+    Some(Timeline {
+        heading: "All connections".to_owned(),
+        from,
+        to,
+        lanes: lanes.collect(),
+        marks: marks.filter(|mark| (from..=to).contains(&mark.at)).cloned().collect(),
+        steady: String::new(),
     })
 }
 

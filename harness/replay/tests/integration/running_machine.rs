@@ -250,7 +250,7 @@ fn findings_become_comments_of_their_packets() {
     let file = pcapng(&frames);
     let report = capture("machine", file.as_slice(), &[]).expect("a capture");
     let mut annotated = Vec::new();
-    annotate(&report, file.as_slice(), &mut annotated).expect("a Vec takes everything");
+    annotate(&report, file.as_slice(), &mut annotated, None).expect("a Vec takes everything");
     let packets = |file: &[u8]| {
         let mut reader = CaptureReader::new(file).expect("a capture");
         let mut packets = Vec::new();

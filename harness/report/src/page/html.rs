@@ -1,14 +1,20 @@
 //! A page as one HTML file.
 
 use super::{Chapter, HtmlPage, PageEntry, PagePacket, PageTable, Tone};
+use flate2::Compression;
+use flate2::write::DeflateEncoder;
 use plain_text::steers;
 use std::borrow::Cow;
 use std::fmt::Write as _;
+use std::io::Write as _;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 // The page loads nothing; everything is in the file.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+
+/// Chapters longer than this, in bytes, are packed: a page of a hundred failures has to stay below 500 KB.
+const PACKED_FROM: usize = 300_000;
 
 /// The page as one HTML file; equal pages give equal files.
 pub fn html(page: &HtmlPage) -> String {
@@ -25,15 +31,49 @@ pub fn html(page: &HtmlPage) -> String {
         class(*tone),
         escape(sentence)
     );
+    let mut chapters = String::new();
     for chapter in &page.chapters {
-        chapter.write(&mut out);
+        chapter.write(&mut chapters);
     }
+    if chapters.len() > PACKED_FROM {
+        let _ = writeln!(
+            out,
+            "<noscript>This page is long and therefore packed; it needs scripts. The same is in the reports json, markdown and \
+             text.</noscript>\n<script type=\"text/plain\" id=\"packed\">{}</script>",
+            packed(&chapters)
+        );
+    } else {
+        out.push_str(&chapters);
+    }
+    out.push_str("</main>\n");
     for (id, data) in &page.data {
         // No text in it can end the element.
         let data = crate::words::printable_json(&data.to_string()).replace('<', "\\u003c");
         let _ = writeln!(out, "<script type=\"application/json\" id=\"{id}\">{data}</script>");
     }
-    let _ = write!(out, "</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n");
+    let _ = write!(out, "<script>\n{SCRIPT}</script>\n</body>\n</html>\n");
+    out
+}
+
+/// A text as base64 of raw deflate.
+fn packed(text: &str) -> String {
+    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
+    // A vector takes everything.
+    let octets = encoder.write_all(text.as_bytes()).and_then(|()| encoder.finish()).unwrap_or_default();
+    base64(&octets)
+}
+
+/// Base64 with padding (RFC 4648, 4).
+fn base64(octets: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(octets.len().div_ceil(3) * 4);
+    for three in octets.chunks(3) {
+        let number = (0..3).fold(0_usize, |sum, at| sum << 8 | usize::from(three.get(at).copied().unwrap_or_default()));
+        for at in 0..4 {
+            let letter = LETTERS[number >> (18 - 6 * at) & 63];
+            out.push(if at > three.len() { '=' } else { char::from(letter) });
+        }
+    }
     out
 }
 

@@ -1,8 +1,8 @@
 //! Pages for a browser: one self-contained file that fetches nothing, with every text escaped.
 //!
 //! A page is data first: headings, facts, tables, timelines and entries that open on a click. This module renders it and must not
-//! know captures, runs, files or verdicts. Without scripts everything is readable; the script only zooms timelines and opens the
-//! entry that a link names.
+//! know captures, runs, files or verdicts. Without scripts everything is readable, unless the page is so long that it is packed;
+//! the script zooms timelines and opens the entry that a link names.
 
 mod html;
 mod timeline;

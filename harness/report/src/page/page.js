@@ -7,10 +7,14 @@ function openNamed() {
     entry.scrollIntoView({ block: "center" });
   }
 }
-addEventListener("hashchange", openNamed);
-openNamed();
-// The wheel zooms a timeline at the pointer, dragging moves it, a double click resets it.
-for (const figure of document.querySelectorAll(".timeline")) {
+// A long page is packed: base64 of raw deflate.
+async function unpack(packed) {
+  const octets = Uint8Array.from(atob(packed.textContent), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([octets]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  document.querySelector("main").innerHTML = await new Response(stream).text();
+}
+// Buttons and keys zoom and move a timeline, dragging moves it, the wheel zooms it at the pointer while Ctrl is held.
+function zoomable(figure) {
   const width = 10000, all = [...figure.querySelectorAll("svg")];
   const from = Number(figure.dataset.from), span = Number(figure.dataset.to) - from;
   const ticks = figure.querySelector(".ticks");
@@ -24,13 +28,43 @@ for (const figure of document.querySelectorAll(".timeline")) {
       return tick;
     }));
   };
+  const zoom = (factor, part) => {
+    const at = left + part * visible;
+    visible = Math.min(width, Math.max(0.5, visible * factor));
+    left = at - part * visible;
+    show();
+  };
+  const move = (part) => { left += part * visible; show(); };
+  const reset = () => { left = 0; visible = width; show(); };
+  const actions = [
+    ["+", "zoom in", ["+", "="], () => zoom(0.5, 0.5)],
+    ["\u2212", "zoom out", ["-"], () => zoom(2, 0.5)],
+    ["\u25c2", "earlier", ["ArrowLeft"], () => move(-0.25)],
+    ["\u25b8", "later", ["ArrowRight"], () => move(0.25)],
+    ["all", "show all", ["0", "Home"], reset],
+  ];
+  const bar = document.createElement("div");
+  bar.className = "zoom";
+  for (const [text, title, keys, act] of actions) {
+    const button = document.createElement("button");
+    Object.assign(button, { type: "button", textContent: text, title: `${title} (key ${keys[0]})`, onclick: act });
+    button.setAttribute("aria-label", title);
+    bar.append(button);
+  }
+  figure.querySelector("figcaption").append(bar);
+  figure.tabIndex = 0;
+  figure.addEventListener("keydown", (event) => {
+    const action = event.ctrlKey || event.altKey || event.metaKey ? null : actions.find(([, , keys]) => keys.includes(event.key));
+    if (action) {
+      event.preventDefault();
+      action[3]();
+    }
+  });
   for (const svg of all) {
     svg.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey) return;
       event.preventDefault();
-      const part = event.offsetX / svg.clientWidth, at = left + part * visible;
-      visible = Math.min(width, Math.max(0.5, visible * (event.deltaY > 0 ? 1.25 : 0.8)));
-      left = at - part * visible;
-      show();
+      zoom(event.deltaY > 0 ? 1.25 : 0.8, event.offsetX / svg.clientWidth);
     }, { passive: false });
     svg.addEventListener("pointerdown", (event) => { drag = { x: event.clientX, left }; });
     svg.addEventListener("pointermove", (event) => {
@@ -39,8 +73,16 @@ for (const figure of document.querySelectorAll(".timeline")) {
         show();
       }
     });
-    svg.addEventListener("dblclick", () => { left = 0; visible = width; show(); });
+    svg.addEventListener("dblclick", reset);
   }
   show();
 }
-document.body.dataset.ready = String(document.querySelectorAll(".entry").length);
+async function start() {
+  const packed = document.getElementById("packed");
+  if (packed) await unpack(packed);
+  document.querySelectorAll(".timeline").forEach(zoomable);
+  addEventListener("hashchange", openNamed);
+  openNamed();
+  document.body.dataset.ready = String(document.querySelectorAll(".entry").length);
+}
+start();

@@ -146,16 +146,17 @@ impl Timeline {
             height => HEIGHT - 4.0 - (value - least) / height * (HEIGHT - 8.0),
         };
         out.push_str("<path d=\"");
+        let mut pen = PathPen::default();
         for span in spans {
             let (from, to) = (self.x(span.from), self.x(span.to));
             let (low, high) = (y(span.least), y(span.most));
-            let word = if span.joined { 'L' } else { 'M' };
-            let _ = write!(out, "{word}{from:.2} {low:.2}");
+            pen.go(from, low, span.joined, out);
             if low != high {
                 let middle = (from + to) / 2.0;
-                let _ = write!(out, "L{middle:.2} {low:.2}L{middle:.2} {high:.2}");
+                pen.go(middle, low, true, out);
+                pen.go(middle, high, true, out);
             }
-            let _ = write!(out, "L{to:.2} {high:.2}");
+            pen.go(to, high, true, out);
         }
         out.push_str("\"/>");
     }
@@ -201,6 +202,31 @@ impl Timeline {
             }
             None => out.push_str(&line),
         }
+    }
+}
+
+/// Draws a path in steps of a tenth of a unit, relative to the last point: equal steps have equal texts.
+#[derive(Default)]
+struct PathPen(Option<(i64, i64)>);
+
+impl PathPen {
+    fn go(&mut self, x: f64, y: f64, is_joined: bool, out: &mut String) {
+        let tenths = |units: f64| (units * 10.0).round() as i64;
+        let (x, y) = (tenths(x), tenths(y));
+        let text = |tenths: i64| match tenths % 10 {
+            0 => (tenths / 10).to_string(),
+            _ => format!("{:.1}", tenths as f64 / 10.0),
+        };
+        let _ = match self.0.filter(|_| is_joined) {
+            None => write!(out, "M{} {}", text(x), text(y)),
+            Some((before_x, before_y)) => match (x - before_x, y - before_y) {
+                (0, 0) => Ok(()),
+                (right, 0) => write!(out, "h{}", text(right)),
+                (0, down) => write!(out, "v{}", text(down)),
+                (right, down) => write!(out, "l{} {}", text(right), text(down)),
+            },
+        };
+        self.0 = Some((x, y));
     }
 }
 

@@ -85,6 +85,11 @@ impl LinkType {
     pub const ETHERNET: LinkType = LinkType(1);
     /// A PROFIBUS frame (LINKTYPE_PROFIBUS_DL) from its start delimiter.
     pub const PROFIBUS: LinkType = LinkType(257);
+
+    /// The link type that pcap reserves for the user's own purpose `number`, 0 to 15 (LINKTYPE_USER0 to LINKTYPE_USER15).
+    pub const fn user(number: u8) -> LinkType {
+        LinkType(147 + (number & 0xF) as u16)
+    }
 }
 
 /// Why a file cannot be read as a capture.
