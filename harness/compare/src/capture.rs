@@ -1,27 +1,21 @@
 //! Compares a capture with a device: extracts the conversation, drives it again, and compares the answers.
 
 use super::action::ControllerAction;
-use super::compare::{Difference, DifferenceKind, compare, every, firsts};
-use super::conversation::{Conversation, RecordedConversation, SuiteValue};
+use super::compare::Difference;
+use super::conversation::{Conversation, RecordedConversation};
 use super::drive::{CannotDrive, ScriptBench};
 use super::extract::{ConversationReader, ManualVariant};
 use super::masks::Masks;
 use super::report::{difference, left_out};
-use super::shaft_dependence::{ShaftDependence, UNKNOWN};
-use super::shaft_motion::{ShaftMotion, adapt};
-use super::shaft_position::{self, set_shaft};
+use super::shaft_fit::{ShaftFit, counts, differences};
 use super::timed_script::TimedScript;
+use super::unseen::UnseenCauses;
 use engine::DutSpec;
 use judge::observe::link_type;
-use replay::{AgainstReport, IpReassembler, Reassembled};
+use replay::{AgainstReport, DifferenceReport, IpReassembler, Reassembled};
 use std::io::Read;
 use virtual_wire::CaptureReader;
 use virtual_wire::capture::{CaptureItem, LinkType, NotACapture};
-
-/// Two runs have the same difference if its times are within this many tolerances.
-const NEAR: u32 = 4;
-/// Upper limit of the differences of a turning shaft that are checked one by one.
-const MOST_LOOKED_AT: usize = 5_000;
 
 /// Extracts the conversation from a capture, pcap or pcapng; of several devices that fit the manual it follows the first.
 ///
@@ -31,6 +25,8 @@ const MOST_LOOKED_AT: usize = 5_000;
 pub fn extract_capture(input: impl Read, whom: ManualVariant<'_>) -> Result<RecordedConversation, NotACapture> {
     let mut reader = CaptureReader::new(input)?;
     let mut ear = ConversationReader::new(whom);
+    // A device with other idents than those of the manual, which only its description has, is followed if none fits better.
+    let mut relaxed = ConversationReader::of_any_identity(whom);
     let mut begin = None;
     let mut datagrams = IpReassembler::default();
     let link = link_type(whom.manual.device.bus.kind());
@@ -45,13 +41,16 @@ pub fn extract_capture(input: impl Read, whom: ManualVariant<'_>) -> Result<Reco
             LinkType::ETHERNET => datagrams.take(number, packet.time, packet.captured),
             _ => Reassembled::Untouched,
         };
-        match reassembled {
-            Reassembled::Untouched => ear.frame(number, packet.time, packet.captured),
-            Reassembled::Whole => ear.frame(number, packet.time, datagrams.whole()),
-            Reassembled::Part => {}
-        }
+        let octets = match reassembled {
+            Reassembled::Untouched => packet.captured,
+            Reassembled::Whole => datagrams.whole(),
+            Reassembled::Part => continue,
+        };
+        ear.frame(number, packet.time, octets);
+        relaxed.frame(number, packet.time, octets);
     }
-    Ok(RecordedConversation { conversation: ear.end(), begin: begin.unwrap_or_default() })
+    let conversation = Some(ear.end()).filter(|fits| not_drivable(fits).is_none()).unwrap_or_else(|| relaxed.end());
+    Ok(RecordedConversation { conversation, begin: begin.unwrap_or_default() })
 }
 
 /// Why a conversation cannot be driven again; `None` if it can.
@@ -88,7 +87,8 @@ pub fn compare_capture(
     let recorded = &conversation.conversation;
     let mut masks = masks.clone();
     report.steps = TimedScript::new(recorded).script().len();
-    let found = match differences(bench, dut, recorded, &mut masks, &mut report.shaft) {
+    let mut fit = ShaftFit::default();
+    let found = match differences(bench, dut, recorded, (&mut masks, &[]), &mut fit) {
         Ok(found) => found,
         Err(CannotDrive::Disturbed(why)) => {
             report.inconclusive = Some(why);
@@ -96,115 +96,19 @@ pub fn compare_capture(
         }
         Err(error) => return Err(error),
     };
-    // Actions of the harness's own controller say nothing about a device, and nothing counts after actions that cannot be repeated.
-    let depends = |of: &&Difference| recorded.left_out.iter().any(|left| left.covers(of.at));
-    let is_theirs = |of: &&Difference| of.kind != DifferenceKind::Step || of.first.is_some();
+    let found: Vec<Difference> = found.into_iter().filter(|of| counts(recorded, of)).collect();
     let whom = bench.manual_variant();
-    report.differences =
-        found.iter().filter(|of| is_theirs(of) && !depends(of)).map(|of| difference(whom, conversation, of)).collect();
+    let explained = if found.is_empty() || dut.live().is_some() {
+        vec![None; found.len()]
+    } else {
+        UnseenCauses { bench, recorded, masks: &masks, fit: &fit }.explain(dut, &found)?
+    };
+    report.differences = found
+        .iter()
+        .zip(explained)
+        .map(|(of, explained)| DifferenceReport { explained, ..difference(whom, conversation, of) })
+        .collect();
+    report.shaft = fit.text;
     report.masked = masks.names;
     Ok(report)
-}
-
-/// The differences of the device, with the shaft position as inferred; `shaft` receives a sentence about it.
-fn differences(
-    bench: &ScriptBench<'_>,
-    dut: &DutSpec,
-    recorded: &Conversation,
-    masks: &mut Masks,
-    shaft: &mut String,
-) -> Result<Vec<Difference>, CannotDrive> {
-    let mut timed = TimedScript::new(recorded);
-    let plain = timed.script();
-    if dut.live().is_some() {
-        "unknown: encspec cannot move the shaft of a live device as it was recorded".clone_into(shaft);
-        return without_shaft(bench, dut, recorded, masks, &plain);
-    }
-    let found = shaft_position::shaft(bench, dut, recorded, &plain, None)?;
-    *shaft = found.text;
-    let Some((name, place)) = found.put else { return without_shaft(bench, dut, recorded, masks, &plain) };
-    match ShaftMotion::of(bench, dut, recorded, (&name, place), &plain)? {
-        Err(why) => {
-            *shaft = format!("unknown: {why}");
-            without_shaft(bench, dut, recorded, masks, &plain)
-        }
-        Ok(None) => {
-            let mut steps = plain;
-            steps.insert(0, set_shaft(place));
-            Ok(compare(recorded, &bench.drive(&steps, dut)?, masks))
-        }
-        Ok(Some(mut turning)) => {
-            let again = shaft_position::shaft(bench, dut, recorded, &plain, Some(&turning.first()))?;
-            turning.put(again.put.map_or(place, |(_, place)| place));
-            adapt(bench, dut, recorded, &mut turning, &mut timed)?;
-            shaft.push_str(&turning.to_string());
-            for (name, period) in masks.periods.iter().filter(|(name, _)| recorded.tracks.contains_key(*name)) {
-                shaft.push_str(&format!(
-                    "; {name} is updated every {} ms and compared within that time",
-                    period.as_millis()
-                ));
-            }
-            with_turning_shaft(bench, dut, recorded, &turning, &timed, masks)
-        }
-    }
-}
-
-/// The differences if the shaft position is unknown: values that depend on it are not compared.
-fn without_shaft(
-    bench: &ScriptBench<'_>,
-    dut: &DutSpec,
-    recorded: &Conversation,
-    masks: &mut Masks,
-    steps: &[ControllerAction],
-) -> Result<Vec<Difference>, CannotDrive> {
-    let reference = dut.without_deviations();
-    let follows = ShaftDependence::of(bench, &reference, recorded, steps)?;
-    masks.names.extend(follows.names().map(|name| (name, UNKNOWN.to_owned())));
-    let mut found = compare(recorded, &bench.drive(steps, dut)?, masks);
-    found.retain(|of| !follows.explains(of, recorded));
-    Ok(found)
-}
-
-/// The differences if the shaft turned. It is turned in time, a little early and a little late; a value that one of these runs has
-/// as recorded, or that lies between two of them, depends on the exact position of the shaft.
-fn with_turning_shaft(
-    bench: &ScriptBench<'_>,
-    dut: &DutSpec,
-    recorded: &Conversation,
-    turning: &ShaftMotion,
-    timed: &TimedScript,
-    masks: &mut Masks,
-) -> Result<Vec<Difference>, CannotDrive> {
-    masks.turned.clone_from(&turning.turned);
-    masks.circle = turning.circle();
-    let tolerance = masks.tolerance(recorded.cycle.unwrap_or_default());
-    let window = tolerance * NEAR;
-    let tolerance = i64::try_from(tolerance.as_nanos()).unwrap_or(i64::MAX);
-    let mut found = every(recorded, &bench.drive(&turning.script(timed, 0), dut)?, masks);
-    found.truncate(MOST_LOOKED_AT);
-    if found.is_empty() {
-        return Ok(found);
-    }
-    let mut others = Vec::new();
-    for ahead in [tolerance, -tolerance] {
-        others.push(every(recorded, &bench.drive(&turning.script(timed, ahead), dut)?, masks));
-    }
-    found.retain(|of| {
-        // With another timing it may occur before or after another step.
-        let same = |other: &&Difference| (other.kind, &other.name) == (of.kind, &of.name);
-        let apart = |other: &&Difference| other.at.since(of.at).max(of.at.since(other.at));
-        let near = |other: &&Difference| apart(other) <= window;
-        let nearest = |found: &'_ Vec<Difference>| found.iter().filter(same).filter(near).min_by_key(apart).cloned();
-        let Some(others) = others.iter().map(nearest).collect::<Option<Vec<_>>>() else {
-            return false;
-        };
-        let number = |value: &Option<SuiteValue>| value.as_ref().and_then(|value| value.number);
-        let values: Option<Vec<i128>> = others.iter().chain([of]).map(|of| number(&of.second)).collect();
-        let between = number(&of.first).zip(values).is_some_and(|(recorded, values)| {
-            let (low, high) = (values.iter().min(), values.iter().max());
-            low.is_some_and(|low| *low <= recorded) && high.is_some_and(|high| recorded <= *high)
-        });
-        !between
-    });
-    Ok(firsts(found))
 }

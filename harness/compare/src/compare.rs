@@ -218,8 +218,8 @@ fn only_one(
     }
     let other = if is_first { there } else { here }.there(asked.at).unwrap_or_default();
     let answer = asked.answer.first().map_or_else(|| SuiteValue::word("answered"), |(_, value)| value.clone());
-    let (at, frame, beyond) =
-        if is_first { (asked.at, asked.frame, (other, 0)) } else { (other, 0, (asked.at, asked.frame)) };
+    let frame = asked.answer.first().map_or(asked.frame, |(name, _)| asked.frame_of(name));
+    let (at, frame, beyond) = if is_first { (asked.at, frame, (other, 0)) } else { (other, 0, (asked.at, frame)) };
     let (one, two) = if is_first { (Some(answer), None) } else { (None, Some(answer)) };
     let step = match side {
         UnpairedAction::First(place) => Some(place),
@@ -263,11 +263,11 @@ fn answers(step: usize, one: &AnsweredAction, other: &AnsweredAction, masks: &Ma
             kind: DifferenceKind::Answer,
             name: name.clone(),
             at: one.done,
-            frame: one.frame,
+            frame: one.frame_of(name),
             step: Some(step),
             first,
             second,
-            there: (other.done, other.frame),
+            there: (other.done, other.frame_of(name)),
         });
     }
 }

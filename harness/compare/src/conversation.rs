@@ -75,6 +75,27 @@ pub struct AnsweredAction {
     pub frame: u64,
     /// The parts of the answer by name.
     pub answer: Vec<(String, SuiteValue)>,
+    /// The frames of those parts that are in an earlier frame.
+    pub part_frames: BTreeMap<String, u64>,
+}
+
+impl AnsweredAction {
+    /// An action whose answer is not known so far.
+    pub fn new(ask: ControllerAction, (at, done): (Time, Time), frame: u64) -> AnsweredAction {
+        AnsweredAction { ask, at, done, frame, answer: Vec::new(), part_frames: BTreeMap::new() }
+    }
+
+    /// Adds a part of the answer that is in this frame; later parts may follow in others.
+    pub fn part(&mut self, name: impl Into<String>, value: SuiteValue, frame: u64) {
+        let name = name.into();
+        self.part_frames.insert(name.clone(), frame);
+        self.answer.push((name, value));
+    }
+
+    /// The frame of a part of the answer.
+    pub fn frame_of(&self, name: &str) -> u64 {
+        self.part_frames.get(name).copied().unwrap_or(self.frame)
+    }
 }
 
 /// A change of the value of a name.

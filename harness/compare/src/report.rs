@@ -48,6 +48,7 @@ pub fn difference(
         recorded: text(&difference.first),
         ours: text(&difference.second),
         requirement,
+        explained: None,
     }
 }
 

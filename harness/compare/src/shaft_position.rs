@@ -9,7 +9,7 @@ use super::drive::{CannotDrive, ScriptBench};
 use engine::DutSpec;
 
 /// How often the shaft is moved before the search is given up.
-const TRIES: usize = 5;
+const TRIES: usize = 10;
 /// The raw position at which the search begins.
 const BEGIN: i128 = 0x2_0000;
 
@@ -20,6 +20,8 @@ pub struct InferredShaft {
     pub put: Option<(String, i128)>,
     /// The result as a sentence.
     pub text: String,
+    /// The name of the position, the recorded value and the nearest of the model, if the model has the recorded one nowhere.
+    pub nowhere: Option<(String, i128, i128)>,
 }
 
 /// The first position value of a conversation, by name.
@@ -41,7 +43,7 @@ pub fn shaft(
     script: &[ControllerAction],
     speed: Option<&ControllerAction>,
 ) -> Result<InferredShaft, CannotDrive> {
-    let unknown = |why: &str| InferredShaft { put: None, text: format!("unknown: {why}") };
+    let unknown = |why: &str| InferredShaft { put: None, text: format!("unknown: {why}"), nowhere: None };
     let Some((name, recorded_value)) = place(recorded) else {
         return Ok(unknown("the capture has no position value"));
     };
@@ -60,15 +62,19 @@ pub fn shaft(
     };
     let mut counts = BEGIN;
     let mut before: Option<(i128, i128)> = None;
+    let mut nearest: Option<i128> = None;
     for _ in 0..TRIES {
         let Some(observed) = shows(counts)? else {
             return Ok(unknown("the model has no position value after this start-up"));
         };
         if observed == recorded_value {
             let text = format!("set so that {name} is {recorded_value} at first, as recorded");
-            return Ok(InferredShaft { put: Some((name.clone(), counts)), text });
+            return Ok(InferredShaft { put: Some((name.clone(), counts)), text, nowhere: None });
         }
         let left = recorded_value - observed;
+        if nearest.is_none_or(|nearest| left.abs() < (recorded_value - nearest).abs()) {
+            nearest = Some(observed);
+        }
         // Hardware steps for each step of the position value, from the last move.
         let step = match before {
             Some((at, place)) if place != observed => (left * (counts - at)).checked_div(observed - place),
@@ -80,7 +86,9 @@ pub fn shaft(
             counts = BEGIN + counts.rem_euclid(BEGIN);
         }
     }
-    Ok(unknown(&format!("found no shaft position at which {name} is {recorded_value}")))
+    let nearest = nearest.map(|nearest| (name.clone(), recorded_value, nearest));
+    let text = format!("found no shaft position at which {name} is {recorded_value}");
+    Ok(InferredShaft { nowhere: nearest, ..unknown(&text) })
 }
 
 /// Sets the shaft to a raw position.

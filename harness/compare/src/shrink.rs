@@ -14,6 +14,7 @@ use super::minimal::{fewest, one_less, simplest};
 use super::report::related;
 use super::script::script;
 use super::shaft_dependence::{ShaftDependence, UNKNOWN};
+use super::unseen::stand_scripts;
 use super::write_case::{CaseLine, WrittenCase};
 use engine::DutSpec;
 use results::verdict::Verdict;
@@ -81,11 +82,9 @@ pub fn shrink(
         return Ok(ShrinkResult::Same { steps: whole.len() });
     }
     let mut work = Shrinker { bench, pair, masks, runs: 0, known: HashMap::new() };
-    let (reference, other) = work.both(&whole)?;
-    let differences = compare(&reference, &other, masks);
-    if differences.is_empty() {
-        return Ok(ShrinkResult::Same { steps: whole.len() });
-    }
+    let Some(DifferingScript { steps: whole, reference, differences }) = work.differing(whole, conversation)? else {
+        return Ok(ShrinkResult::Same { steps: script(conversation).len() });
+    };
     // Recorded differences come first.
     let recorded: BTreeSet<String> = compare(conversation, &reference, masks).into_iter().map(|of| of.name).collect();
     let mut targets: Vec<&Difference> = Vec::new();
@@ -109,6 +108,14 @@ pub fn shrink(
 /// The kind and the name of a difference.
 type ShrinkTarget = (DifferenceKind, String);
 
+/// A script on which two devices differ.
+struct DifferingScript {
+    steps: Vec<ControllerAction>,
+    /// What the reference device answers.
+    reference: Conversation,
+    differences: Vec<Difference>,
+}
+
 struct Shrinker<'a, 'm> {
     bench: &'a ScriptBench<'m>,
     pair: &'a ShrinkPair<'a>,
@@ -119,6 +126,34 @@ struct Shrinker<'a, 'm> {
 }
 
 impl Shrinker<'_, '_> {
+    /// A script on which the devices differ, with what the reference device answers: that of the capture, or else the same with the shaft
+    /// turned as recorded, or with what may have happened at the stand.
+    fn differing(
+        &mut self,
+        whole: Vec<ControllerAction>,
+        conversation: &Conversation,
+    ) -> Result<Option<DifferingScript>, CannotDrive> {
+        let (reference, other) = self.both(&whole)?;
+        let found = compare(&reference, &other, self.masks);
+        if !found.is_empty() {
+            return Ok(Some(DifferingScript { steps: whole, reference, differences: found }));
+        }
+        if self.pair.dut.live().is_some() {
+            return Ok(None);
+        }
+        for script in stand_scripts(self.bench, self.pair.reference, conversation, self.masks)? {
+            let (reference, other) = match self.both(&script) {
+                Err(CannotDrive::NotUnderstood(_) | CannotDrive::Nothing(_)) => continue,
+                both => both?,
+            };
+            let found = compare(&reference, &other, self.masks);
+            if !found.is_empty() {
+                return Ok(Some(DifferingScript { steps: script, reference, differences: found }));
+            }
+        }
+        Ok(None)
+    }
+
     fn both(&mut self, script: &[ControllerAction]) -> Result<(Conversation, Conversation), CannotDrive> {
         self.runs += 2;
         Ok((self.bench.drive(script, self.pair.reference)?, self.bench.drive(script, self.pair.dut)?))

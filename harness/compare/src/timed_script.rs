@@ -10,6 +10,9 @@ use super::drive::TAIL;
 use super::script::{LONGEST, SHORTEST};
 use station::{Duration, Time};
 
+/// How the names begin that the stand serves.
+const STAND_NAMES: [&str; 4] = ["shaft.", "fault.", "button.", "supply."];
+
 /// A step of a script with its times in the capture.
 #[derive(Clone, Debug)]
 pub struct TimedStep {
@@ -115,7 +118,8 @@ impl TimedScript {
 
 /// Whether a step belongs to the stand and not to the controller.
 fn is_stand(ask: &ControllerAction) -> bool {
-    matches!(ask, ControllerAction::Set(of) if of.iter().all(|(name, _)| name.starts_with("shaft.")))
+    let of_stand = |name: &str| name == "power" || STAND_NAMES.iter().any(|begin| name.starts_with(begin));
+    matches!(ask, ControllerAction::Set(of) if of.iter().all(|(name, _)| of_stand(name)))
 }
 
 /// Nanoseconds from `since` to `at`.

@@ -424,6 +424,27 @@ impl DutSpec {
         self.deviations().iter().filter(|name| self.is_permitted(name)).cloned().collect()
     }
 
+    /// The name and the sentence of each variation that the manual permits a reference device; empty for another device.
+    pub fn permitted_variations(&self) -> Vec<(&'static str, &'static str)> {
+        match &self.kind {
+            DutKind::Model { .. } => self.model().map_or_else(
+                |_| Vec::new(),
+                |model| model.permitted().map(|known| (known.name, known.sentence)).collect(),
+            ),
+            DutKind::External { .. } | DutKind::Null(_) | DutKind::Live(_) => Vec::new(),
+        }
+    }
+
+    /// The same reference device with one more deviation.
+    #[must_use]
+    pub fn with_deviation(&self, name: &str) -> DutSpec {
+        let mut dut = self.clone();
+        if let DutKind::Model { deviations } = &mut dut.kind {
+            deviations.push(name.to_owned());
+        }
+        dut
+    }
+
     fn is_permitted(&self, name: &str) -> bool {
         self.model().is_ok_and(|model| model.variations_of(name).is_some())
     }

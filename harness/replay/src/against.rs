@@ -49,6 +49,8 @@ pub struct DifferenceReport {
     pub ours: Option<String>,
     /// The requirement that most cases with this name cover; a hint, not a verdict.
     pub requirement: Option<String>,
+    /// A cause that the capture does not show and that could explain it: a permitted variation, the power, the stand, the shaft.
+    pub explained: Option<String>,
 }
 
 /// An action of the controller that was not repeated.
@@ -79,11 +81,16 @@ impl fmt::Display for AgainstReport {
             (Some(why), _) => writeln!(out, "    no result: {why}")?,
             (None, None) => writeln!(out, "    no difference")?,
             (None, Some(first)) => {
+                let unexplained = self.differences.iter().filter(|of| of.explained.is_none()).count();
                 let what = match self.differences.len() {
                     1 => "one difference:".to_owned(),
                     many => format!("{many} differences; the first is"),
                 };
-                writeln!(out, "    {what} {} in frame {}", first.name, first.frame)?;
+                let explained = match self.differences.len() - unexplained {
+                    0 => String::new(),
+                    some => format!("; a cause that the capture does not show could explain {some} of them"),
+                };
+                writeln!(out, "    {what} {} in frame {}{explained}", first.name, first.frame)?;
             }
         }
         let nothing = || "nothing".to_owned();
@@ -101,6 +108,9 @@ impl fmt::Display for AgainstReport {
                 "  {:>7} {:>14.6}  {}{place}: recorded {recorded}, this device {ours}{requirement}",
                 of.frame, of.at, of.name
             )?;
+            if let Some(explained) = &of.explained {
+                writeln!(out, "{:26}could be explained by {explained}", "")?;
+            }
         }
         f.write_str(&out)
     }

@@ -40,7 +40,7 @@ pub use report::{
     AbortReport, CaptureEvent, CaptureReport, ConnectionReport, ControllerReport, DamageReport, DeviceReport,
     EventKind, JudgedReport, NotJudged, RecordingReport, ReplayReport, RuleReport, StreamCoverage, StreamReport,
 };
-pub use rules::{RuleJudge, RuleOutcome, fits_manual, judge_rules};
+pub use rules::{RuleJudge, RuleOutcome, fits_manual, fits_modules, judge_rules};
 pub use text::{TextOptions, text, text_with};
 
 use checks::FrameChecks;

@@ -243,7 +243,11 @@ pub fn fits_manual(manual: &Manual, ar: &ObservedAr) -> bool {
             && ar.device.ident == device.ident()
             && device.modules.iter().any(is_module);
     }
-    let identity = device.ids().unwrap_or_default();
+    ar.device.ids == Some(device.ids().unwrap_or_default()) && fits_modules(device, ar)
+}
+
+/// Whether the submodules of a connection have the idents of a module of the manual, whatever vendor and device ID they belong to.
+pub fn fits_modules(device: &DeviceDescription, ar: &ObservedAr) -> bool {
     let placed = |index: &usize| {
         device.submodules.get(*index).is_some_and(|submodule| {
             let submodule = (submodule.slot, submodule.subslot, submodule.ident);
@@ -251,8 +255,7 @@ pub fn fits_manual(manual: &Manual, ar: &ObservedAr) -> bool {
         })
     };
     let mut modules = device.modules.iter();
-    ar.device.ids == Some(identity)
-        && modules.any(|module| !module.submodules.is_empty() && module.submodules.iter().all(placed))
+    modules.any(|module| !module.submodules.is_empty() && module.submodules.iter().all(placed))
 }
 
 /// Judges the rules of one variant (index into `manual.variants`) on frames: number from 1, time, bytes.

@@ -37,11 +37,12 @@ impl ConversationState<'_> {
             ConnectAction { module: module.name.clone(), settings, instead: self.other_idents(ar, module.ident()) };
         let ask = ControllerAction::Connect(connection);
         let at = ar.connect_time.unwrap_or(now);
-        let answer = vec![("connect".to_owned(), accepted)];
         if matches!(observation, Observation::Connected { .. }) {
             self.open = Some((self.conversation.actions.len(), id));
         }
-        self.conversation.actions.push(AnsweredAction { ask, at, done: now, frame, answer });
+        let mut asked = AnsweredAction::new(ask, (at, now), frame);
+        asked.part("connect", accepted, frame);
+        self.conversation.actions.push(asked);
     }
 
     /// Takes in a stage of the start-up; at the end of the parameters its records are known.
@@ -59,7 +60,7 @@ impl ConversationState<'_> {
                 (asked.done, asked.frame) = (now, frame);
             }
             if !stage.is_empty() {
-                asked.answer.push((stage.to_owned(), SuiteValue::word("accepted")));
+                asked.part(stage, SuiteValue::word("accepted"), frame);
             }
         }
     }
@@ -103,12 +104,12 @@ impl ConversationState<'_> {
                 None => instead.push((record.name.clone(), format!("\"{}\"", hex(&sent.data)))),
             }
         }
-        if let Some(AnsweredAction { ask: ControllerAction::Connect(connection), answer, .. }) =
-            self.conversation.actions.get_mut(place)
-        {
+        let frame = self.now.1;
+        let Some(asked) = self.conversation.actions.get_mut(place) else { return };
+        if let ControllerAction::Connect(connection) = &mut asked.ask {
             connection.settings.extend(settings);
             connection.instead.extend(instead);
-            answer.extend(answers);
+            answers.into_iter().for_each(|(name, value): (String, SuiteValue)| asked.part(name, value, frame));
         }
     }
 

@@ -19,7 +19,7 @@ use judge::observe::{Address, ArId, ArStage, BusTracker, FrameDirection, Observa
 use judge::{JudgeTick, TickKind};
 use outputs::OutputTracker;
 use parts::{CyclicName, carried, parts};
-use replay::fits_manual;
+use replay::{fits_manual, fits_modules};
 use requests::RecordTarget;
 use slave::SlaveStartUp;
 use station::Time;
@@ -41,9 +41,9 @@ pub struct ManualVariant<'m> {
     pub variant: usize,
 }
 
-/// Extracts the conversation from frames: number from 1, time, bytes.
+/// Extracts the conversation from the frames of a run: number from 1, time, bytes. The device may have other vendor and device IDs.
 pub fn extract<'f>(whom: ManualVariant<'_>, frames: impl Iterator<Item = (u64, Time, &'f [u8])>) -> Conversation {
-    let mut ear = ConversationReader::new(whom);
+    let mut ear = ConversationReader::of_any_identity(whom);
     for (number, time, octets) in frames {
         ear.frame(number, time, octets);
     }
@@ -61,6 +61,13 @@ impl<'m> ConversationReader<'m> {
     pub fn new(whom: ManualVariant<'m>) -> ConversationReader<'m> {
         let tracker = BusTracker::new(whom.manual.device.bus.kind());
         ConversationReader { tracker, listener: ConversationState::new(whom) }
+    }
+
+    /// No frame yet; a device is also followed if only the idents of its submodules are those of the manual.
+    pub fn of_any_identity(whom: ManualVariant<'m>) -> ConversationReader<'m> {
+        let mut reader = ConversationReader::new(whom);
+        reader.listener.any_identity = true;
+        reader
     }
 
     /// Takes in one frame of the manual's bus; `number` counts from 1.
@@ -82,6 +89,8 @@ struct ConversationState<'m> {
     manual: &'m Manual,
     device: &'m DeviceDescription,
     variant: usize,
+    /// Whether vendor and device ID may be others than those of the manual.
+    any_identity: bool,
     follower: Follower,
     inputs: Vec<CyclicName>,
     outputs: OutputTracker,
@@ -118,6 +127,7 @@ impl<'m> ConversationState<'m> {
             manual,
             device,
             variant,
+            any_identity: false,
             follower: Follower::new(device),
             inputs: parts(device, variant, SignalSender::Device),
             outputs: OutputTracker::new(parts(device, variant, SignalSender::Controller)),
@@ -139,7 +149,7 @@ impl<'m> ConversationState<'m> {
 
     fn ask(&mut self, at: Time, ask: ControllerAction, answer: Vec<(String, SuiteValue)>) {
         let (done, frame) = self.now;
-        self.conversation.actions.push(AnsweredAction { ask, at, done, frame, answer });
+        self.conversation.actions.push(AnsweredAction { answer, ..AnsweredAction::new(ask, (at, done), frame) });
     }
 
     /// Notes an action that cannot be repeated and changes nothing.
@@ -162,12 +172,16 @@ impl<'m> ConversationState<'m> {
         });
     }
 
+    fn fits(&self, ar: &ObservedAr) -> bool {
+        fits_manual(self.manual, ar) || (self.any_identity && fits_modules(&self.manual.device, ar))
+    }
+
     /// Whether a connection is between the two parties; the first connection that fits decides which they are.
     fn is_followed(&mut self, ar: &ObservedAr) -> bool {
         let pair = (ar.controller.address, ar.device.address);
         match self.pair {
             Some(known) => known == pair,
-            None if ar.role == Role::Exchange && fits_manual(self.manual, ar) => {
+            None if ar.role == Role::Exchange && self.fits(ar) => {
                 self.pair = Some(pair);
                 self.take_early_sets();
                 true
@@ -222,7 +236,7 @@ impl<'m> ConversationState<'m> {
             Observation::CallFailed { service, why, ar: Some(_) } => {
                 let value = SuiteValue::word(format!("failed ({why})"));
                 if let Some(last) = self.open.and_then(|(place, _)| self.conversation.actions.get_mut(place)) {
-                    last.answer.push((service.replace(' ', "_"), value));
+                    last.part(service.replace(' ', "_"), value, self.now.1);
                 }
             }
             Observation::Dcp { source, destination, pdu } => self.dcp(*source, *destination, pdu),
@@ -284,7 +298,7 @@ impl<'m> ConversationState<'m> {
         let Some((target, octets, at, frame)) = self.pending.take() else { return };
         let ask = requests::record_ask(self.device, target, Some(&octets));
         let answer = vec![requests::whole(&PnioStatus::OK)];
-        self.conversation.actions.push(AnsweredAction { ask, at, done: at, frame, answer });
+        self.conversation.actions.push(AnsweredAction { answer, ..AnsweredAction::new(ask, (at, at), frame) });
     }
 
     fn tick(&mut self, tick: JudgeTick) {
@@ -298,7 +312,10 @@ impl<'m> ConversationState<'m> {
     fn output(&mut self, tick: JudgeTick) {
         self.last_output = Some(tick.time);
         let stumbles = self.outputs.is_sign_of_life_wrong(&self.follower.image);
-        let mut set = self.outputs.frame(&self.follower.image);
+        let (mut set, earlier) = self.outputs.frame(&self.follower.image, tick.time);
+        for (since, set) in earlier {
+            self.earlier(since, ControllerAction::Set(set));
+        }
         if stumbles {
             self.out_of_step(tick.time, "in isochronous mode the master's sign of life did not advance");
         }
@@ -316,6 +333,21 @@ impl<'m> ConversationState<'m> {
         if !set.is_empty() {
             self.ask(tick.time, ControllerAction::Set(set), Vec::new());
         }
+    }
+
+    /// Notes an action that was taken at an earlier time; `None` is before the last connection.
+    fn earlier(&mut self, since: Option<Time>, ask: ControllerAction) {
+        let actions = &self.conversation.actions;
+        let is_connect = |asked: &AnsweredAction| matches!(asked.ask, ControllerAction::Connect(_));
+        let connected = actions.iter().rposition(is_connect).unwrap_or_default();
+        let place = since.map_or(connected, |since| actions.partition_point(|asked| asked.at <= since));
+        let at = since.or_else(|| actions.get(place).map(|asked| asked.at)).unwrap_or(self.now.0);
+        let asked = AnsweredAction::new(ask, (at, at), self.now.1);
+        self.conversation.actions.insert(place, asked);
+        for open in [&mut self.open, &mut self.stood].into_iter().flatten().filter(|(of, _)| *of >= place) {
+            open.0 += 1;
+        }
+        self.unanswered = self.unanswered.map(|(xid, of)| (xid, if of >= place { of + 1 } else { of }));
     }
 
     fn sample(&mut self, tick: JudgeTick) {
@@ -351,7 +383,7 @@ impl<'m> ConversationState<'m> {
         if let Some((place, _)) = self.open.take()
             && let Some(asked) = self.conversation.actions.get_mut(place)
         {
-            asked.answer.push(("connection".to_owned(), SuiteValue::word("data")));
+            asked.part("connection", SuiteValue::word("data"), tick.frame);
             (asked.done, asked.frame) = (tick.time, tick.frame);
         }
         self.conversation.cycle = self.follower.image.cycle().or(self.conversation.cycle);
@@ -395,7 +427,7 @@ impl<'m> ConversationState<'m> {
         if let (true, Some(at), false) = (starved, watched, self.paused) {
             self.paused = true;
             let ask = ControllerAction::Set(vec![("io.cyclic".to_owned(), "paused".to_owned())]);
-            let asked = AnsweredAction { ask, at, done: at, frame: tick.frame, answer: Vec::new() };
+            let asked = AnsweredAction::new(ask, (at, at), tick.frame);
             let place = self.conversation.actions.partition_point(|asked| asked.at <= at);
             self.conversation.actions.insert(place, asked);
         }

@@ -90,7 +90,7 @@ impl ConversationState<'_> {
                 }
             };
             let (at, frame) = self.now;
-            let asked = AnsweredAction { ask, at, done: at, frame, answer: Vec::new() };
+            let asked = AnsweredAction::new(ask, (at, at), frame);
             if known.is_some() {
                 self.unanswered = Some((pdu.xid, self.conversation.actions.len()));
                 self.conversation.actions.push(asked);
@@ -186,8 +186,6 @@ impl ConversationState<'_> {
             .rposition(|asked| matches!(asked.ask, ControllerAction::Connect(_)) && asked.at <= at);
         let place = place.map_or(0, |place| place + 1);
         let begin = self.conversation.actions.get(place.saturating_sub(1)).map_or(at, |asked| asked.done);
-        self.conversation
-            .actions
-            .insert(place, AnsweredAction { ask, at: begin, done: begin, frame, answer: Vec::new() });
+        self.conversation.actions.insert(place, AnsweredAction::new(ask, (begin, begin), frame));
     }
 }

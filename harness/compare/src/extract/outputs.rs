@@ -3,11 +3,15 @@
 use super::parts::{CyclicName, carried};
 use judge::image::ConnectionImage;
 use judge::observe::FrameDirection;
+use station::Time;
 
 /// A sign of life that has not counted for this many frames is constant.
 const STANDS_STILL: u32 = 20;
 /// How many runs of equal numbers give the usual length of a run.
-const LEARNT: usize = 4;
+const LEARNT: usize = 3;
+
+/// Names that were set, with their values.
+type SetNames = Vec<(String, String)>;
 
 /// The last outputs.
 #[derive(Debug)]
@@ -21,6 +25,8 @@ pub(super) struct OutputTracker {
 #[derive(Clone, Debug, Default)]
 struct SignOfLifeRuns {
     last: Option<i128>,
+    /// Since when it has this number.
+    since: Time,
     /// Frames with this number so far.
     run: u32,
     /// The lengths of the last runs.
@@ -35,20 +41,32 @@ impl OutputTracker {
         OutputTracker { last: vec![0; parts.len()], counters: vec![SignOfLifeRuns::default(); parts.len()], parts }
     }
 
-    /// Takes in a frame of outputs; returns what was set with it.
-    pub fn frame(&mut self, image: &ConnectionImage) -> Vec<(String, String)> {
+    /// Takes in a frame of outputs; returns what was set with it, and what was set earlier, as only this frame shows: since when, or `None`
+    /// for what stood still from the first frame on.
+    pub fn frame(&mut self, image: &ConnectionImage, now: Time) -> (SetNames, Vec<(Option<Time>, SetNames)>) {
         let OutputTracker { parts, last, counters } = self;
-        let mut set = Vec::new();
+        let (mut set, mut earlier) = (Vec::new(), Vec::new());
         for (index, part) in carried(parts, image, FrameDirection::ToDevice) {
             let Some(number) = part.number(image) else { continue };
             if part.counts.is_some() {
-                set.extend(counters[index].frame(part, number).map(|value| (part.path.clone(), value)));
+                let counter = &mut counters[index];
+                let (never, stands) = (counter.runs.is_empty() && !counter.held, counter.last == Some(number));
+                if !stands {
+                    counter.since = now;
+                }
+                let Some(value) = counter.frame(part, number) else { continue };
+                let changed = (part.path.clone(), value);
+                if stands {
+                    earlier.push(((!never).then_some(counter.since), vec![changed]));
+                } else {
+                    set.push(changed);
+                }
             } else if last[index] != number {
                 last[index] = number;
                 set.push((part.path.clone(), part.value(number).text));
             }
         }
-        set
+        (set, earlier)
     }
 
     /// Whether a sign of life that has begun does not advance by one in this frame, which has not been taken in yet.

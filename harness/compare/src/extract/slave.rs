@@ -221,7 +221,9 @@ impl ConversationState<'_> {
             return;
         };
         let (done, frame) = open.done;
-        self.conversation.actions.push(AnsweredAction { ask, at: open.at, done, frame, answer });
+        let mut asked = AnsweredAction::new(ask, (open.at, done), frame);
+        answer.into_iter().for_each(|(name, value)| asked.part(name, value, frame));
+        self.conversation.actions.push(asked);
     }
 
     fn connection(&self, open: &PendingStartUp) -> Option<ControllerAction> {
