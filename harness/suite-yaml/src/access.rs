@@ -2,7 +2,9 @@
 
 use super::answer::{RequestKind, may_accept, only};
 use super::device_yaml::{named, plain};
-use super::dialect::profinet::{INTERFACES, OBJECTS, PACKETS, SNMP_REQUESTS, SNMP_VERSIONS, record_read, rpc, snmp};
+use super::dialect::profinet::{
+    INTERFACES, LOADS, OBJECTS, PACKETS, SNMP_REQUESTS, SNMP_VERSIONS, load, ping, record_read, rpc, snmp,
+};
 use super::dialect::{self, Dialect, Service as From};
 use super::error::{Mistake, Read, every};
 use super::frame::{StepScope, octets, text};
@@ -15,8 +17,8 @@ use expression::{Program, Type};
 use station::Duration;
 use suite::device::{AnswerPart, NameKind};
 use suite::model::{
-    AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AnswerMatcher, IdentifyTarget, Matcher, RecordPlace,
-    RequestDeviation, RpcService, SnmpService, TimeSpan,
+    AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AnswerMatcher, IdentifyTarget, IpFragments, Matcher,
+    PingService, RecordPlace, RequestDeviation, RpcService, SnmpService, TimeSpan,
 };
 use wire::ethernet::Mac;
 use wire::profidrive::ParameterFormat;
@@ -308,6 +310,8 @@ impl StepScope<'_, '_> {
             "dcp_set" => AcyclicService::DcpSet { blocks: octets(field("blocks")?)? },
             "rpc" => AcyclicService::Rpc(self.rpc(fields)?),
             "snmp" => AcyclicService::Snmp(self.snmp(fields)?),
+            "load" => self.load(fields)?,
+            "ping" => AcyclicService::Ping(self.ping(fields)?),
             "lldp" => AcyclicService::Lldp { chassis: text("chassis")?, port: text("port")? },
             "abort" => AcyclicService::Abort,
             "http_get" => AcyclicService::HttpGet { page: self.page(field("page")?)? },
@@ -414,7 +418,42 @@ impl StepScope<'_, '_> {
             is_whole_body: word(&rpc::blocks).is_none(),
             fragment: word(&rpc::fragment).map(|node| self.number(node, "a number of bytes")).transpose()?,
             sent: sent.transpose()?,
+            ip_fragments: match word(&rpc::ip_fragment) {
+                None => None,
+                octets => Some(self.ip_fragments(octets, word(&rpc::ip_sent))?),
+            },
         })
+    }
+
+    /// A net load.
+    fn load(&self, fields: &Node) -> Read<AcyclicService> {
+        let field = |key: &Key| fields.get(key.name).ok_or_else(|| fields.wrong(format!("load needs `{}`", key.name)));
+        let gap = match fields.get(load::gap.name).map(|gap| self.span(gap)).transpose()? {
+            None => Duration::from_millis(1),
+            Some(TimeSpan::Time(time)) => time,
+            Some(_) => return Err(fields.key("gap").wrong("this time is known beforehand")),
+        };
+        let kind = LOADS.read(field(&load::frames)?, &load::frames)?.to_owned();
+        Ok(AcyclicService::Load { kind, count: self.number(field(&load::count)?, "a number of frames")?, gap })
+    }
+
+    /// An ICMP echo request.
+    fn ping(&self, fields: &Node) -> Read<PingService> {
+        let of = |key: &Key| fields.get(key.name);
+        Ok(PingService {
+            ip: of(&ping::ip).map(|ip| self.value(ip, &Type::Address)).transpose()?,
+            length: of(&ping::length).map_or(Ok(32), |node| self.number(node, "a number of bytes"))?,
+            is_damaged: of(&ping::wrong_checksum).is_some(),
+            ip_fragments: self.ip_fragments(of(&ping::ip_fragment), of(&ping::ip_sent))?,
+        })
+    }
+
+    /// How a packet is sent in IP fragments.
+    fn ip_fragments(&self, octets: Option<&Node>, sent: Option<&Node>) -> Read<IpFragments> {
+        let number = |item: &Node| self.number(item, "the number of a fragment");
+        let sent = sent.map(|sent| sent.items("ip_sent")?.iter().map(number).collect());
+        let octets = octets.map(|node| self.number::<usize>(node, "a number of bytes")).transpose()?;
+        Ok(IpFragments { octets, sent: sent.transpose()? })
     }
 
     /// An SNMP message, or the bytes instead.

@@ -68,9 +68,10 @@ pub(super) fn wants_life(step: &TrialStep) -> bool {
 fn is_answered(service: &AcyclicService, answer: Option<&AnswerMatcher>) -> bool {
     match service {
         AcyclicService::Broken(_) => answer.is_some(),
-        AcyclicService::Lldp { .. } | AcyclicService::Abort | AcyclicService::Dp(DpService::GlobalControl { .. }) => {
-            false
-        }
+        AcyclicService::Load { .. }
+        | AcyclicService::Lldp { .. }
+        | AcyclicService::Abort
+        | AcyclicService::Dp(DpService::GlobalControl { .. }) => false,
         AcyclicService::DcpReset { .. }
         | AcyclicService::DcpSignal
         | AcyclicService::DcpIdentify(_)
@@ -82,6 +83,7 @@ fn is_answered(service: &AcyclicService, answer: Option<&AnswerMatcher>) -> bool
         | AcyclicService::DcpSet { .. }
         | AcyclicService::Rpc(_)
         | AcyclicService::Snmp(_)
+        | AcyclicService::Ping(_)
         | AcyclicService::Dp(_)
         | AcyclicService::HttpGet { .. }
         | AcyclicService::HttpPost { .. } => true,

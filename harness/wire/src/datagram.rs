@@ -1,9 +1,11 @@
 //! UDP over IPv4 over Ethernet, one datagram per frame; ARP in [`arp`].
 //!
-//! IP fragments are detected but not reassembled: PROFINET fragments long calls in RPC, not in IP.
+//! A datagram is read from one frame: PROFINET fragments long calls in RPC, not in IP. [`fragments`] has packets in several frames.
 //! This module must not know ports, nor the content of a datagram.
 
 pub mod arp;
+pub mod fragments;
+pub mod icmp;
 
 use crate::error::{Result, WireError};
 use crate::ethernet::{EtherType, FrameHeader, Mac, pad};

@@ -23,11 +23,14 @@ pub mod dp_station;
 pub mod frame_status;
 mod frame_status_state;
 pub mod handshakes;
+pub mod ip_packets;
+mod ip_packets_state;
 pub mod isochronous;
 pub mod layouts;
 pub mod limits;
 pub mod measuring;
 pub mod memory;
+pub mod net_load;
 pub mod parameter_access;
 mod parameter_access_state;
 pub mod parameters;
@@ -79,6 +82,7 @@ pub static GROUPS: &[&[Group]] = &[
     dp_station::GROUPS,
     frame_status::GROUPS,
     handshakes::GROUPS,
+    ip_packets::GROUPS,
     isochronous::GROUPS,
     layouts::GROUPS,
     sendix_leds::GROUPS,
@@ -87,6 +91,7 @@ pub static GROUPS: &[&[Group]] = &[
     measuring::GROUPS,
     memory::GROUPS,
     afx60_controls::GROUPS,
+    net_load::GROUPS,
     parameter_access::GROUPS,
     parameters::GROUPS,
     profinet_io::GROUPS,

@@ -3,6 +3,7 @@
 //! This module must not know the content of datagrams.
 
 use super::hooks::AttachedStackHooks;
+use super::reassembly::FragmentReassembler;
 use super::snmp;
 use super::web::{HttpServer, PageHandler};
 use crate::profinet::StationData;
@@ -52,6 +53,7 @@ pub(super) struct IpStack {
     client: SocketHandle,
     agent: SocketHandle,
     web: HttpServer,
+    fragments: FragmentReassembler,
     due: Option<Time>,
 }
 
@@ -80,7 +82,17 @@ impl IpStack {
         let client_port = hooks.apply(IpStack::CLIENT_PORT, |hooks, port| hooks.client_port(port));
         let (server, client, agent) = (open(rpc::PORT), open(client_port), open(snmp::PORT));
         let web = HttpServer::new(&mut sockets);
-        IpStack { pipe, interface, sockets, server, client, agent, web, due: None }
+        IpStack {
+            pipe,
+            interface,
+            sockets,
+            server,
+            client,
+            agent,
+            web,
+            fragments: FragmentReassembler::default(),
+            due: None,
+        }
     }
 
     /// Sets the addresses of `station`. Without an address the stack answers no request.
@@ -111,9 +123,16 @@ impl IpStack {
 
     /// Processes a frame with ARP or IPv4.
     pub(super) fn receive(&mut self, now: Time, header: &FrameHeader, payload: &[u8], out: &mut Outbox) {
+        let payload = match header.ether_type {
+            EtherType::IPV4 => match self.fragments.take(now, payload) {
+                Some(packet) => packet,
+                None => return,
+            },
+            _ => payload.to_vec(),
+        };
         let mut frame = Vec::with_capacity(FrameHeader::UNTAGGED_LENGTH + payload.len());
         FrameHeader { tag: None, inner_tag: None, ..*header }.write(&mut frame);
-        frame.extend_from_slice(payload);
+        frame.extend_from_slice(&payload);
         self.pipe.incoming = Some(frame);
         self.poll(now, out);
     }

@@ -25,6 +25,7 @@ mod phase;
 mod physical;
 mod plugged;
 mod port_parameters;
+mod reassembly;
 mod receive;
 mod records;
 mod rpc;

@@ -12,6 +12,7 @@ use super::http::{Browser, PageOutcome};
 use super::ids::Ids;
 use super::layout::Layout;
 use super::outcome::{ArEnd, CallError};
+use super::ping::PingReply;
 use super::plug::PluggedSubmodules;
 use super::raw::RawAnswer;
 use super::request::{ControllerSettings, Partner};
@@ -49,6 +50,8 @@ pub(super) enum JobEvent {
     Answer(RpcCallResult),
     /// An answer to a call whose fields the caller has given.
     Called(RawAnswer),
+    /// The reply to an ICMP echo request.
+    Echoed(PingReply),
     /// The response to an SNMP request.
     Managed(SnmpMessage),
     /// ApplicationReady came and was answered; how the modules differ, if it says so.

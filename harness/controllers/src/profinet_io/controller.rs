@@ -12,7 +12,7 @@ use super::plug::needs_parameters;
 use super::request::{ControllerBusy, ControllerRequest, ControllerSettings, DcpResetForm, IdentifyBy, Partner};
 use super::startup::{ArStartUpJob, send_write};
 use super::state::ArState;
-use super::{call, presence, raw, record, snmp};
+use super::{call, load, ping, presence, raw, record, snmp};
 use crate::outputs::CyclicOutputs;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -156,6 +156,8 @@ impl Controller {
                 Ok(ControllerJob::RawDcp { to, service: request.service, xid, since: now })
             }
             ControllerRequest::RawCall { partner, call } => Ok(raw::call(context, now, partner, &call, out)),
+            ControllerRequest::Load(load) => Ok(load::begin(context, now, load)),
+            ControllerRequest::Ping { partner, ping } => Ok(ping::ping(context, now, partner, &ping, out)),
             ControllerRequest::Snmp { partner, octets, gets_id } => {
                 Ok(snmp::ask(context, now, partner, (octets, gets_id), out))
             }
@@ -357,6 +359,17 @@ impl Controller {
         }
     }
 
+    /// Passes a packet to the job that waits for a reply to an echo request.
+    fn echo(&mut self, now: Time, header: &FrameHeader, payload: &[u8], out: &mut Outbox) {
+        let Some(ControllerJob::Ping(job)) = &mut self.job else { return };
+        let Ok(packet) = Ipv4::parse(payload) else { return };
+        if packet.destination == self.context.own.ip
+            && let Some(reply) = job.reply(header.source, &packet)
+        {
+            self.dispatch(now, JobEvent::Echoed(reply), out);
+        }
+    }
+
     /// Passes a frame, or the time, to the browser.
     fn browse(&mut self, now: Time, frame: Option<(&FrameHeader, &[u8])>, out: &mut Outbox) {
         let Some(browser) = &mut self.context.browser else { return };
@@ -410,7 +423,10 @@ impl Station for Controller {
             EtherType::PROFINET => self.profinet(now, &header, payload, out),
             EtherType::ARP => self.arp(now, &header, payload, out),
             EtherType::IPV4 if self.is_segment(&header, payload) => self.browse(now, Some((&header, payload)), out),
-            EtherType::IPV4 => self.datagram(now, frame, out),
+            EtherType::IPV4 => {
+                self.echo(now, &header, payload, out);
+                self.datagram(now, frame, out);
+            }
             _ => {}
         }
     }

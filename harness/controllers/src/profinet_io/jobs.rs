@@ -6,9 +6,11 @@ use super::call::RpcCallResult;
 use super::connect::ArNames;
 use super::connection::RecordAddress;
 use super::context::{ARGS_MAXIMUM, CallRefusal, CallTarget, ControllerContext, JobEvent, blocks, no_response};
+use super::load::LoadJob;
 use super::outcome::{
     ArReleaseOutcome, CallError, ControllerOutcome, DcpOutcome, IdentifiedStation, IoParameterOutcome, IoRecordOutcome,
 };
+use super::ping::PingJob;
 use super::raw::RawCallJob;
 use super::record;
 use super::request::Partner;
@@ -52,6 +54,10 @@ pub(super) enum ControllerJob {
     RawDcp { to: Mac, service: ServiceId, xid: u32, since: Time },
     /// Waits for the answer to a call whose fields the caller has given.
     Call(RawCallJob),
+    /// Sends a net load.
+    Load(LoadJob),
+    /// Waits for the reply to an ICMP echo request.
+    Ping(PingJob),
     /// Waits for the response to an SNMP request.
     Snmp(SnmpJob),
     /// Collects the owners of an address.
@@ -118,6 +124,8 @@ impl ControllerJob {
             ControllerJob::Dcp { since, .. } | ControllerJob::RawDcp { since, .. } => Some(*since + DCP_WAIT),
             ControllerJob::Call(call) => Some(call.until()),
             ControllerJob::Snmp(job) => Some(job.until()),
+            ControllerJob::Ping(job) => Some(job.until()),
+            ControllerJob::Load(job) => Some(job.due()),
             ControllerJob::StartUp(job) => job.deadline(),
             ControllerJob::Parameter(IoParameterJob { phase: ParameterPhase::Pause { until, .. }, .. }) => Some(*until),
             ControllerJob::Parameter(_)
@@ -176,6 +184,11 @@ impl ControllerJob {
             (ControllerJob::Call(call), JobEvent::Wake) if now >= call.until() => {
                 let wait = Wait { what: AwaitedEvent::Call, time: RawCallJob::WAIT };
                 Some(ControllerOutcome::Called(Err(wait)))
+            }
+            (ControllerJob::Load(load), JobEvent::Wake) => load.wake(now, out).then_some(ControllerOutcome::Sent),
+            (ControllerJob::Ping(_), JobEvent::Echoed(reply)) => Some(ControllerOutcome::Ping(Ok(reply))),
+            (ControllerJob::Ping(job), JobEvent::Wake) if now >= job.until() => {
+                Some(ControllerOutcome::Ping(Err(Wait { what: AwaitedEvent::Ping, time: PingJob::WAIT })))
             }
             (ControllerJob::Snmp(_), JobEvent::Managed(response)) => Some(ControllerOutcome::Snmp(Ok(response))),
             (ControllerJob::Snmp(job), JobEvent::Wake) if now >= job.until() => {

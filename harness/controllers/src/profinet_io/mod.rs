@@ -19,7 +19,9 @@ mod ids;
 mod jobs;
 mod layout;
 mod limits;
+mod load;
 mod outcome;
+mod ping;
 mod plug;
 mod presence;
 mod raw;
@@ -42,10 +44,12 @@ pub use controller::Controller;
 pub use http::{LONGEST_ANSWER, PageOutcome};
 pub use layout::{FrameLayout, IoDataPosition, Layout};
 pub use limits::LimitError;
+pub use load::{LoadKind, NetLoad};
 pub use outcome::{
     ArEnd, ArFailureReason, ArReleaseOutcome, ArStartUpFailure, ArStartUpResult, CallError, ConnectOutcome,
     ControlOutcome, ControllerOutcome, DcpOutcome, IdentifiedStation, IoParameterOutcome, IoRecordOutcome,
 };
+pub use ping::{FragmentedSending, PingReply, PingRequest};
 pub use raw::{RawActivity, RawAnswer, RawBody, RawCall, RawDcpRequest, RawObject};
 pub use request::{ControllerBusy, ControllerRequest, ControllerSettings, DcpResetForm, IdentifyBy, Partner};
 pub use state::{ArStartUpStage, ArState, AwaitedEvent, Wait};

@@ -3,6 +3,7 @@
 //! The controller reports how its own requests ended; observers read from the frames what the device did.
 
 use super::http::PageOutcome;
+use super::ping::PingReply;
 use super::raw::RawAnswer;
 use super::state::{ArStartUpStage, Wait};
 use alloc::boxed::Box;
@@ -30,6 +31,8 @@ pub enum ControllerOutcome {
     Called(Result<RawAnswer, Wait>),
     /// Outcome of Snmp: the first response, or none.
     Snmp(Result<SnmpMessage, Wait>),
+    /// Outcome of Ping: the first reply, or none.
+    Ping(Result<PingReply, Wait>),
     /// Outcome of Connect.
     StartUp(Box<ArStartUpResult>),
     /// Outcome of Write, Read or ReadImplicit.

@@ -3,6 +3,7 @@
 use super::call::{CLIENT_PORT, send};
 use super::context::{ARGS_MAXIMUM, ControllerContext};
 use super::jobs::ControllerJob;
+use super::ping::FragmentedSending;
 use super::request::Partner;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -84,6 +85,8 @@ pub struct RawCall {
     pub fragment: Option<usize>,
     /// The fragments that are sent, in this order; `None` for all.
     pub sent: Option<Vec<usize>>,
+    /// How each datagram is sent in IP fragments; `None` for whole datagrams.
+    pub ip: Option<FragmentedSending>,
 }
 
 /// A PDU that answers a call.
@@ -162,8 +165,12 @@ pub(super) fn call(
     let pdus = fragments(&header, &body, call.fragment.unwrap_or(most).min(most));
     let all: Vec<usize> = (0..pdus.len()).collect();
     let sent = call.sent.as_ref().unwrap_or(&all);
+    let (from, to) = ((context.own, CLIENT_PORT), (partner, PORT));
     for pdu in sent.iter().filter_map(|at| pdus.get(*at)) {
-        send((context.own, CLIENT_PORT), (partner, PORT), pdu, out);
+        match &call.ip {
+            None => send(from, to, pdu, out),
+            Some(ip) => ip.send_datagram(context.ids.xid() as u16 | 1, from, to, pdu, out),
+        }
     }
     let is_whole = all.iter().all(|at| sent.contains(at));
     ControllerJob::Call(RawCallJob { device: partner.mac, header, is_whole, since: now })

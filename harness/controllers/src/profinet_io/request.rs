@@ -2,6 +2,8 @@
 
 use super::broken::DamagedIoFrame;
 use super::connection::{ArConfig, RecordAddress, StartUpRecord};
+use super::load::NetLoad;
+use super::ping::PingRequest;
 use super::raw::{RawCall, RawDcpRequest};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -110,6 +112,15 @@ pub enum ControllerRequest {
         octets: Vec<u8>,
         /// Whether a message gets a request ID of the controller.
         gets_id: bool,
+    },
+    /// Sends a net load. Returns [`ControllerOutcome::Sent`](super::ControllerOutcome::Sent) at its end.
+    Load(NetLoad),
+    /// An ICMP echo request. Returns [`ControllerOutcome::Ping`](super::ControllerOutcome::Ping).
+    Ping {
+        /// The device.
+        partner: Partner,
+        /// The request.
+        ping: PingRequest,
     },
     /// DCP Set that makes the device flash its LED once (Signal). Returns [`ControllerOutcome::Dcp`](super::ControllerOutcome::Dcp).
     DcpSignal {

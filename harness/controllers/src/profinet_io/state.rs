@@ -63,6 +63,7 @@ words! {
         Release "release" "the answer to Release",
         Lookup "lookup" "the answer of the endpoint mapper",
         Call "call" "an answer to the RPC call",
+        Ping "ping" "the reply to the echo request",
         Snmp "snmp" "the response to the SNMP request",
         Page "page" "the answer of the web server",
     }

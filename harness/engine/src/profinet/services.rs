@@ -4,10 +4,11 @@ use super::station::dcp;
 use super::{IDENTIFY, startup, unexpected, web};
 use crate::trial::RunningTrial;
 use crate::trial::access::is_request;
-use crate::trial::step_error::{StepError, StepResult, other_bus};
+use crate::trial::step_error::{BoxedStepError, StepError, StepResult, other_bus};
 use controllers::profinet_io::{
-    ControllerOutcome, ControllerRequest, DamagedIoFrame, DcpResetForm, IdentifyBy, IoRecordOutcome, RawActivity,
-    RawAnswer, RawBody, RawCall, RawDcpRequest, RawObject, RecordAddress, StartUpRecord,
+    ControllerOutcome, ControllerRequest, DamagedIoFrame, DcpResetForm, FragmentedSending, IdentifyBy, IoRecordOutcome,
+    LoadKind, NetLoad, PingRequest, RawActivity, RawAnswer, RawBody, RawCall, RawDcpRequest, RawObject, RecordAddress,
+    StartUpRecord,
 };
 use expression::{HistoryState, Value};
 use judge::answer::{NegativeResponse, ReceivedReply};
@@ -16,9 +17,11 @@ use results::verdict::Verdict;
 use station::Duration;
 use std::net::Ipv4Addr;
 use suite::model::{
-    AcyclicService, AnswerMatcher, AnswerPart, IdentifyTarget, RecordPlace, RpcService, SnmpService, SoughtStation,
+    AcyclicService, AnswerMatcher, AnswerPart, IdentifyTarget, IpFragments, PingService, RecordPlace, RpcService,
+    SnmpService, SoughtStation,
 };
-use wire::datagram::Datagram;
+use wire::datagram::{Datagram, Ipv4, icmp};
+use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::octets::ByteOrder;
 use wire::profinet::dcp::{BlockError, Dcp, DcpValue, ServiceId, ServiceType};
 use wire::profinet::rpc::{NdrResponse, ObjectUuid, Opnum, PacketType, Uuid};
@@ -87,6 +90,17 @@ impl<'a> RunningTrial<'a> {
                 let (partner, object) = self.callee();
                 ControllerRequest::RawCall { partner, call: call_of(rpc, object) }
             }
+            AcyclicService::Load { kind, count, gap } => {
+                ControllerRequest::Load(NetLoad { kind: load_kind(kind), count: *count, gap: *gap })
+            }
+            AcyclicService::Ping(ping) => {
+                let ip = match ping.ip.as_ref().map(|ip| ip.eval(&self.world.view(), &HistoryState::default())) {
+                    None => None,
+                    Some(Value::Address(octets)) => Some(Ipv4Addr::from(octets)),
+                    Some(_) => return Err(unknown_address()),
+                };
+                ControllerRequest::Ping { partner: self.callee().0, ping: ping_of(ping, ip) }
+            }
             AcyclicService::Snmp(snmp) => {
                 self.check_snmp()?;
                 let SnmpService { octets, is_message } = snmp.clone();
@@ -99,13 +113,7 @@ impl<'a> RunningTrial<'a> {
                 let target = match ip.as_ref().map(|ip| ip.eval(&self.world.view(), &HistoryState::default())) {
                     None => self.station_ip.address,
                     Some(Value::Address(octets)) => Ipv4Addr::from(octets),
-                    Some(_) => {
-                        return Err(StepError::other(
-                            FailureCause::Suite,
-                            Verdict::Error,
-                            "The requested IP address is unknown.",
-                        ));
-                    }
+                    Some(_) => return Err(unknown_address()),
                 };
                 ControllerRequest::Arp { target, probe: *probe, wait: ARP_WAIT }
             }
@@ -159,6 +167,17 @@ impl<'a> RunningTrial<'a> {
         {
             self.world.mark_broken(before, is_request);
         }
+        if matches!(service, AcyclicService::Load { .. }) {
+            self.world.mark_broken(before, is_dcp_broadcast);
+        }
+        let is_in_pieces = match service {
+            AcyclicService::Ping(ping) => ping.is_damaged || ping.ip_fragments.sent.is_some(),
+            AcyclicService::Rpc(rpc) => rpc.ip_fragments.is_some(),
+            _ => false,
+        };
+        if is_in_pieces {
+            self.world.mark_broken(before, is_of_broken_packet);
+        }
         if matches!(service, AcyclicService::Snmp(snmp) if !snmp.is_message) {
             self.world.mark_broken(before, is_to_agent);
         }
@@ -178,9 +197,13 @@ impl<'a> RunningTrial<'a> {
                 replies.push((AnswerPart::Bytes, octets(of_response(response))));
                 ReceivedReply::Accepted
             }
-            ControllerOutcome::Snmp(Err(wait)) | ControllerOutcome::Called(Err(wait)) => {
-                ReceivedReply::Silent(wait.to_string())
+            ControllerOutcome::Ping(Ok(reply)) => {
+                replies.push((AnswerPart::Bytes, octets(vec![u8::from(reply.has_same_data)])));
+                ReceivedReply::Accepted
             }
+            ControllerOutcome::Ping(Err(wait))
+            | ControllerOutcome::Snmp(Err(wait))
+            | ControllerOutcome::Called(Err(wait)) => ReceivedReply::Silent(wait.to_string()),
             ControllerOutcome::Records(outcomes) => {
                 replies.push((AnswerPart::Bytes, octets(statuses(outcomes))));
                 let answers = outcomes.iter().map(|outcome| startup::record(outcome, true));
@@ -299,6 +322,48 @@ fn statuses(outcomes: &[IoRecordOutcome]) -> Vec<u8> {
     outcomes.iter().filter_map(status).flatten().collect()
 }
 
+/// The frames that a word stands for.
+fn load_kind(word: &str) -> LoadKind {
+    match word {
+        "arp_broadcast" => LoadKind::ArpBroadcast,
+        "dcp_identify" => LoadKind::DcpIdentify,
+        "multicast" => LoadKind::Multicast,
+        "ip_broadcast" => LoadKind::IpBroadcast,
+        _ => LoadKind::Malformed,
+    }
+}
+
+/// Whether a frame is a DCP frame to all stations, which no right one is.
+fn is_dcp_broadcast(frame: &[u8]) -> bool {
+    FrameHeader::parse(frame)
+        .is_ok_and(|(header, _)| header.ether_type == EtherType::PROFINET && header.destination == Mac([0xFF; 6]))
+}
+
+fn unknown_address() -> BoxedStepError {
+    StepError::other(FailureCause::Suite, Verdict::Error, "The requested IP address is unknown.")
+}
+
+/// The echo request that a suite describes.
+fn ping_of(ping: &PingService, ip: Option<Ipv4Addr>) -> PingRequest {
+    PingRequest {
+        ip,
+        data: (0..ping.length).map(|number| number as u8).collect(),
+        is_damaged: ping.is_damaged,
+        fragments: fragments_of(&ping.ip_fragments),
+    }
+}
+
+fn fragments_of(fragments: &IpFragments) -> FragmentedSending {
+    FragmentedSending { octets: fragments.octets, sent: fragments.sent.clone() }
+}
+
+/// Whether a frame is an IPv4 packet with a wrong checksum inside, or a fragment.
+fn is_of_broken_packet(frame: &[u8]) -> bool {
+    let Ok((header, payload)) = FrameHeader::parse(frame) else { return false };
+    header.ether_type == EtherType::IPV4
+        && Ipv4::parse(payload).is_ok_and(|packet| packet.is_fragment() || packet.protocol == icmp::PROTOCOL)
+}
+
 /// Whether a frame has a datagram to an SNMP agent.
 fn is_to_agent(frame: &[u8]) -> bool {
     Datagram::parse(frame).is_ok_and(|datagram| datagram.destination.port() == wire::snmp::PORT)
@@ -329,5 +394,6 @@ fn call_of(rpc: &RpcService, device: ObjectUuid) -> RawCall {
         },
         fragment: rpc.fragment,
         sent: rpc.sent.clone(),
+        ip: rpc.ip_fragments.as_ref().map(fragments_of),
     }
 }

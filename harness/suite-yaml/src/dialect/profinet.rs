@@ -96,12 +96,21 @@ pub(super) static SERVICES: &[ServiceEntry] = &[
          then name and value of each object, each as type, length and content with the shortest length. Not applicable without `snmp` \
          in `device.yaml`.",
     ),
+    (
+        &ping::KEYS,
+        "One ICMP echo request after an ARP request; `answer: { bytes }` is `01` for a reply with the same data and `00` for another one.",
+    ),
     (&record_read::KEYS, "Reads a record by its numbers."),
     (&record_write::KEYS, "Writes a record by its numbers."),
     (
         &records_write::KEYS,
         "Writes several records in one call; `answer: { bytes }` are their PNIO statuses of four bytes each, and the first that is \
          not zero is the refusal.",
+    ),
+    (
+        &load::KEYS,
+        "Net load: frames for others and for all, one after the other, beside the cyclic frames; there is no answer. Live only where the \
+         bench says `alone`.",
     ),
     (&lldp::KEYS, "Announces a neighbour, once; there is no answer."),
     (
@@ -182,7 +191,36 @@ key_set! {
         body may Octets, "The whole body; empty without `blocks` and `body`.";
         fragment may Whole(8, 1392), "The bytes of the body in each fragment; by default it is sent in one piece where it fits.";
         sent may NonEmpty(&Shape::Whole(0, 0xFFFF)), "The numbers of the fragments that are sent, in this order; all by default.";
-    } [NotBoth(&blocks, &body)]
+        ip_fragment may Whole(8, 1480), "The bytes of each datagram in an IP fragment, a multiple of 8; by default it is sent in one piece.";
+        ip_sent may NonEmpty(&Shape::Whole(0, 0xFFFF)), "The numbers of the IP fragments that are sent, in this order; all by default.";
+    } [NotBoth(&blocks, &body), With(&[&ip_sent], &ip_fragment)]
+}
+
+/// The frames of a net load.
+pub(in super::super) static LOADS: WordChoices<&str> = WordChoices(&[
+    ("arp_broadcast", "arp_broadcast"),
+    ("dcp_identify", "dcp_identify"),
+    ("multicast", "multicast"),
+    ("ip_broadcast", "ip_broadcast"),
+    ("malformed", "malformed"),
+]);
+
+key_set! {
+    pub(crate) load "load" {
+        frames must Word(&LOADS), "ARP requests for another address, DCP Identify for another name, frames to another multicast address, datagrams to all, or DCP frames that end before their blocks.";
+        count must Whole(1, 100_000), "How many frames are sent.";
+        gap may Time, "The time from one frame to the next, 1ms by default.";
+    }
+}
+
+key_set! {
+    pub(crate) ping "ping" {
+        length may Whole(0, 8000), "The number of bytes of data, 32 by default; they count from 0 on.";
+        ip may Scalar, "The address that is asked, by default that of the device; the frame goes to the device all the same.";
+        wrong_checksum may Flag, "The checksum of the request is wrong.";
+        ip_fragment may Whole(8, 1480), "The bytes of the request in an IP fragment, a multiple of 8; by default as many as fit in a frame.";
+        ip_sent may NonEmpty(&Shape::Whole(0, 0xFFFF)), "The numbers of the IP fragments that are sent, in this order; all by default.";
+    }
 }
 
 /// The requests of an SNMP manager.

@@ -14,7 +14,7 @@ pub use condition::{
 pub use reach::Reach;
 pub use request::{
     AccessChannel, AccessItem, AcyclicAccess, AcyclicService, AlarmToAcknowledge, AnswerMatcher, Code, DpService,
-    IdentifyTarget, RecordPlace, RequestDeviation, RpcService, SnmpService, SoughtStation,
+    IdentifyTarget, IpFragments, PingService, RecordPlace, RequestDeviation, RpcService, SnmpService, SoughtStation,
 };
 pub use steps::{Steps, TrialSteps};
 

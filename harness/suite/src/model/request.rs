@@ -166,6 +166,17 @@ pub enum AcyclicService {
     Rpc(RpcService),
     /// An SNMP request.
     Snmp(SnmpService),
+    /// An ICMP echo request.
+    Ping(PingService),
+    /// Frames for others and for all, one after the other.
+    Load {
+        /// The word for their kind.
+        kind: String,
+        /// How many there are.
+        count: u32,
+        /// The time from one to the next.
+        gap: station::Duration,
+    },
     /// Sends an LLDP frame.
     Lldp { chassis: String, port: String },
     /// Sends an ARP request; the device has to answer.
@@ -232,6 +243,30 @@ pub struct RpcService {
     pub is_whole_body: bool,
     /// Bytes of the body in each fragment.
     pub fragment: Option<usize>,
+    /// The fragments that are sent, in this order.
+    pub sent: Option<Vec<usize>>,
+    /// How each datagram is sent in IP fragments; `None` for whole datagrams.
+    pub ip_fragments: Option<IpFragments>,
+}
+
+/// An ICMP echo request, sent once.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct PingService {
+    /// The address that is asked; `None` for that of the device.
+    pub ip: Option<Program>,
+    /// The number of bytes of data.
+    pub length: usize,
+    /// Whether its checksum is wrong.
+    pub is_damaged: bool,
+    /// How it is sent.
+    pub ip_fragments: IpFragments,
+}
+
+/// How a packet is sent in IP fragments.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+pub struct IpFragments {
+    /// Bytes of payload in each fragment.
+    pub octets: Option<usize>,
     /// The fragments that are sent, in this order.
     pub sent: Option<Vec<usize>>,
 }

@@ -466,6 +466,7 @@ impl<'a> Scan<'a> {
         match service {
             AcyclicService::DcpReset { .. } => self.add(BenchNeed::Consent(Consent::FactoryReset)),
             AcyclicService::Lldp { .. } => self.add(BenchNeed::DirectCable),
+            AcyclicService::Load { .. } => self.add(BenchNeed::Consent(Consent::Alone)),
             AcyclicService::HttpGet { page } => self.page(*page),
             AcyclicService::HttpPost { page, .. } => {
                 self.page(*page);

@@ -221,3 +221,73 @@ fn refuse_set(answer: &mut SnmpAnswer, objects: &[MibObject]) {
     };
     answer.fail(error, 0);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::attached::Attached;
+    use rstest::rstest;
+
+    /// A Get for sysDescr.0 as `snmpget -v2c -c public` of net-snmp 5.9.3 sends it.
+    const REQUEST: [u8; 43] = [
+        0x30, 0x29, 2, 1, 1, 4, 6, b'p', b'u', b'b', b'l', b'i', b'c', 0xA0, 0x1C, 2, 4, 0x28, 0x75, 0xAE, 0xAD, 2, 1,
+        0, 2, 1, 0, 0x30, 0x0E, 0x30, 0x0C, 6, 8, 0x2B, 6, 1, 2, 1, 1, 1, 0, 5, 0,
+    ];
+    const VERSION: usize = 4;
+    const COMMUNITY: usize = 7;
+    const KIND: usize = 13;
+    /// The last number of the object but one.
+    const OBJECT: usize = 39;
+
+    fn objects() -> Vec<MibObject> {
+        let object = |number: u32, text: &[u8]| MibObject {
+            name: Vec::from([1, 3, 6, 1, 2, 1, 1, number, 0]),
+            instance: 1,
+            value: MibValue::Octets(text.to_vec()),
+        };
+        Vec::from([object(1, b"x"), object(4, b"yz")])
+    }
+
+    /// The response from the PDU on, after request ID, to the request with these bytes changed.
+    fn response(changes: &[(usize, u8)]) -> Option<Vec<u8>> {
+        let mut request = REQUEST;
+        changes.iter().for_each(|(at, octet)| request[*at] = *octet);
+        let response = answer(&request, &Attached::NONE, objects)?;
+        assert_eq!((response[KIND], &response[15..21]), (RESPONSE, &REQUEST[15..21]));
+        Some(response[21..].to_vec())
+    }
+
+    const NAME_1: [u8; 10] = [6, 8, 0x2B, 6, 1, 2, 1, 1, 1, 0];
+    const NAME_2: [u8; 10] = [6, 8, 0x2B, 6, 1, 2, 1, 1, 2, 0];
+    const NAME_4: [u8; 10] = [6, 8, 0x2B, 6, 1, 2, 1, 1, 4, 0];
+
+    #[rstest]
+    #[case::get(&[], [2, 1, 0, 2, 1, 0, 0x30, 15, 0x30, 13], NAME_1, &[4, 1, b'x'])]
+    #[case::get_next(&[(KIND, GET_NEXT)], [2, 1, 0, 2, 1, 0, 0x30, 16, 0x30, 14], NAME_4, &[4, 2, b'y', b'z'])]
+    #[case::unknown(&[(OBJECT, 2)], [2, 1, 0, 2, 1, 0, 0x30, 14, 0x30, 12], NAME_2, &[0x80, 0])]
+    #[case::unknown_in_v1(&[(VERSION, 0), (OBJECT, 2)], [2, 1, 2, 2, 1, 1, 0x30, 14, 0x30, 12], NAME_2, &[5, 0])]
+    #[case::set(&[(KIND, SET)], [2, 1, 6, 2, 1, 1, 0x30, 14, 0x30, 12], NAME_1, &[5, 0])]
+    #[case::set_in_v1(&[(VERSION, 0), (KIND, SET)], [2, 1, 2, 2, 1, 1, 0x30, 14, 0x30, 12], NAME_1, &[5, 0])]
+    fn requests_are_answered(
+        #[case] changes: &[(usize, u8)],
+        #[case] head: [u8; 10],
+        #[case] name: [u8; 10],
+        #[case] value: &[u8],
+    ) {
+        assert_eq!(response(changes), Some([&head[..], &name, value].concat()));
+    }
+
+    #[rstest]
+    #[case::version(&[(VERSION, 3)])]
+    #[case::community(&[(COMMUNITY, b'P')])]
+    #[case::response(&[(KIND, RESPONSE)])]
+    #[case::bulk_in_v1(&[(VERSION, 0), (KIND, GET_BULK)])]
+    fn others_have_no_answer(#[case] changes: &[(usize, u8)]) {
+        assert_eq!(response(changes), None);
+    }
+
+    #[test]
+    fn a_cut_request_has_no_answer() {
+        (0..REQUEST.len()).for_each(|length| assert_eq!(answer(&REQUEST[..length], &Attached::NONE, objects), None));
+    }
+}

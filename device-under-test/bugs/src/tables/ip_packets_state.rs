@@ -1,0 +1,51 @@
+//! Deviations of the PROFINET stack with state about IP fragments.
+
+use super::ip_packets::{is_fragment, packet};
+use alloc::vec::Vec;
+use device_stack::profinet::{StackHooks, StackView};
+
+const OFFSET: u16 = 0x1FFF;
+const MORE_FRAGMENTS: u16 = 0x2000;
+
+/// Drops each IP fragment that does not follow the last one.
+#[derive(Default)]
+pub struct PacketsInOrder {
+    /// Identification and fragment offset of the next fragment, in units of 8 bytes.
+    next: Option<(u16, u16)>,
+}
+
+impl StackHooks for PacketsInOrder {
+    fn received_frames(&mut self, _: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        frames.retain(|frame| {
+            let Some((_, packet)) = packet(frame).filter(|(_, packet)| packet.is_fragment()) else { return true };
+            let offset = packet.fragment & OFFSET;
+            let follows = offset == 0 || self.next == Some((packet.identification, offset));
+            if follows {
+                self.next = Some((packet.identification, offset + packet.payload.len() as u16 / 8));
+            }
+            follows
+        });
+        frames
+    }
+}
+
+/// Drops whole IP packets from the first fragment of a packet until its last one.
+#[derive(Default)]
+pub struct WaitsForEver {
+    first: bool,
+    last: bool,
+}
+
+impl StackHooks for WaitsForEver {
+    fn received_frames(&mut self, _: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        frames.retain(|frame| {
+            let Some((_, packet)) = packet(frame) else { return true };
+            if is_fragment(frame) {
+                self.first |= packet.fragment & OFFSET == 0;
+                self.last |= packet.fragment & MORE_FRAGMENTS == 0;
+            }
+            is_fragment(frame) || self.first == self.last
+        });
+        frames
+    }
+}
