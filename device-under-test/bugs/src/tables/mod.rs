@@ -10,6 +10,7 @@ pub mod afx60_leds;
 pub mod amt58;
 pub mod codes;
 pub mod connect_fields;
+pub mod connection_records;
 mod connection_state;
 pub mod cyclic_state;
 pub mod dcp_options;
@@ -72,6 +73,7 @@ pub static GROUPS: &[&[Group]] = &[
     amt58::GROUPS,
     codes::GROUPS,
     connect_fields::GROUPS,
+    connection_records::GROUPS,
     dcp_options::GROUPS,
     diagnosis::GROUPS,
     slave_bugs::dp_alarms::GROUPS,

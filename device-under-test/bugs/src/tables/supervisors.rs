@@ -59,6 +59,13 @@ const BUGS: &[Deviation] = bugs! {
         => |d| d.stack.alarm(|alarm, is_sent| is_sent && alarm.subslot < 0x8000);
     "peer-mismatch-stays" "The diagnosis of a wrong neighbour stays once the right one is connected."
         => |d| d.stack.diagnosis(|change, is_noted| is_noted && (change.appears || change.diagnosis.subslot < 0x8000));
+    "mau-type-as-remote-mismatch" "A wrong MAU type is reported as a wrong neighbour."
+        => |d| d.stack.diagnosis(|change, is_noted| {
+            if change.diagnosis.error_type == 0x8000 {
+                change.diagnosis.error_type = 0x8001;
+            }
+            is_noted
+        });
     "port-block-not-checked" "A record of a port is accepted with any block."
         => |d| d.stack.set(StackCheck::PortBlock, true);
     "port-address-not-checked" "A record of a port is accepted for another port than it names."

@@ -1,6 +1,7 @@
 //! A connection (AR): its initiator, its phase, its cyclic data and alarms.
 
 use super::alarm::AlarmEndpoint;
+use super::connection_record::AgreedExchange;
 use super::cyclic::{InputProvider, OutputConsumer};
 use super::ownership::PluggedAfterwards;
 use super::phase::{ArPhase, StartUpEvent};
@@ -44,6 +45,8 @@ pub(super) struct DeviceAr {
     pub difference: Option<ModuleDiffBlock>,
     /// Whether the plugged submodules now differ from the expected ones.
     pub differs: bool,
+    /// What the Connect agreed on about cyclic data and alarms; `None` for a connection for records only.
+    pub agreed: Option<AgreedExchange>,
     /// Cyclic data and alarms; `None` for a connection for records only.
     pub exchange: Option<ArExchange>,
     /// The ApplicationReady call until it is confirmed.

@@ -11,6 +11,7 @@ mod application;
 mod ar;
 mod clock_offset;
 mod cm;
+mod connection_record;
 mod cyclic;
 mod dcp;
 mod device;

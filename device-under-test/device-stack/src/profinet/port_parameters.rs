@@ -1,7 +1,7 @@
 //! What a controller lets a port check and adjust: records 0x802B (PDPortDataCheck) and 0x802F (PDPortDataAdjust).
 //!
-//! The device checks the neighbour (CheckPeers) and sets the domain boundary (AdjustDomainBoundary). It accepts other known
-//! checks and compares nothing. What was written holds until the next power-up.
+//! The device checks the neighbour (CheckPeers) and the MAU type (CheckMAUType), and sets the domain boundary
+//! (AdjustDomainBoundary). It accepts other known checks and compares nothing. What was written holds until the next power-up.
 
 use super::hooks::StackCheck;
 use super::plugged::{PORT_SUBSLOT, SubmoduleAddress};
@@ -15,12 +15,16 @@ use wire::profinet::status::RecordError;
 
 /// CheckPeers: number of neighbours, and for each the length and the name of the port and of the station.
 const CHECK_PEERS: BlockType = BlockType(0x020A);
-/// CheckLineDelay, CheckMAUType, CheckLinkState, CheckSyncDifference and CheckMAUTypeDifference, which the device accepts.
-const OTHER_CHECKS: [BlockType; 5] =
-    [BlockType(0x020B), BlockType(0x020C), BlockType(0x021C), BlockType(0x021E), BlockType(0x021F)];
+/// CheckMAUType: the MAU type.
+const CHECK_MAU_TYPE: BlockType = BlockType(0x020C);
+/// CheckLineDelay, CheckLinkState, CheckSyncDifference and CheckMAUTypeDifference, which the device accepts.
+const OTHER_CHECKS: [BlockType; 4] = [BlockType(0x020B), BlockType(0x021C), BlockType(0x021E), BlockType(0x021F)];
 /// AdjustDomainBoundary: padding of two, the boundary of four, properties of two.
 const ADJUST_DOMAIN_BOUNDARY: BlockType = BlockType(0x0209);
 
+/// ChannelErrorType: data transmission impossible; ExtChannelErrorType of it: another MAU type.
+const TRANSMISSION_IMPOSSIBLE: u16 = 0x8000;
+const OTHER_MAU_TYPE: u16 = 0x8001;
 /// ChannelErrorType: remote mismatch.
 const REMOTE_MISMATCH: u16 = 0x8001;
 /// ExtChannelErrorTypes of it: another station, another port, no neighbour.
@@ -36,8 +40,10 @@ pub(super) struct PortParameters {
     adjust: Option<Vec<u8>>,
     /// The expected neighbour: its port and its station.
     peer: Option<ExpectedPeer>,
+    /// The expected MAU type.
+    mau_type: Option<u16>,
     domain_boundary: u32,
-    /// The diagnosis that is pending because of the neighbour.
+    /// The diagnosis that is pending because of the neighbour or the MAU type.
     mismatch: Option<SubmoduleDiagnosis>,
 }
 
@@ -127,13 +133,17 @@ impl Stack {
         let mut changed = self.parameters(place).cloned().unwrap_or_default();
         changed.subslot = place.subslot;
         match record {
-            PortRecord::Check => (changed.check, changed.peer) = (Some(data.to_vec()), None),
+            PortRecord::Check => (changed.check, changed.peer, changed.mau_type) = (Some(data.to_vec()), None, None),
             PortRecord::Adjust => (changed.adjust, changed.domain_boundary) = (Some(data.to_vec()), 0),
         }
         while !body.is_empty() {
             let block = RawBlock::read(&mut body).map_err(|_| RecordError::INVALID_PARAMETER)?;
             match (record, block.header.kind) {
                 (PortRecord::Check, CHECK_PEERS) => changed.peer = expected_peer(&block.body)?,
+                (PortRecord::Check, CHECK_MAU_TYPE) => {
+                    let [high, low] = block.body[..] else { return Err(RecordError::INVALID_PARAMETER) };
+                    changed.mau_type = Some(u16::from_be_bytes([high, low]));
+                }
                 (PortRecord::Check, kind) if OTHER_CHECKS.contains(&kind) => {}
                 (PortRecord::Adjust, ADJUST_DOMAIN_BOUNDARY) => {
                     let [_, _, a, b, c, d, ..] = block.body[..] else { return Err(RecordError::INVALID_PARAMETER) };
@@ -147,7 +157,7 @@ impl Stack {
         Ok(())
     }
 
-    /// Compares the neighbour of each port with the expected one, and reports what has changed.
+    /// Compares neighbour and MAU type of each port with the expected ones, and reports what has changed.
     pub(super) fn check_peers(&mut self) {
         for at in 0..self.port_parameters.len() {
             let port = &self.port_parameters[at];
@@ -164,8 +174,29 @@ impl Stack {
         }
     }
 
-    /// How the neighbour of a port differs from the expected one.
+    /// How a port differs from what is expected of it.
     fn mismatch(&self, port: &PortParameters) -> Option<SubmoduleDiagnosis> {
+        let (error_type, detail) = self.peer_mismatch(port).or_else(|| self.mau_mismatch(port))?;
+        Some(SubmoduleDiagnosis {
+            api: 0,
+            slot: 0,
+            subslot: port.subslot,
+            channel: ChannelDiagnosis::WHOLE_SUBMODULE,
+            error_type,
+            extended: Some((detail, 0)),
+            severity: DiagnosisSeverity::Fault,
+        })
+    }
+
+    /// Whether a linked port has another MAU type than the expected one.
+    fn mau_mismatch(&self, port: &PortParameters) -> Option<(u16, u16)> {
+        let expected = port.mau_type?;
+        let actual = self.port(SubmoduleAddress { api: 0, slot: 0, subslot: port.subslot })?.mau_type;
+        (actual != 0 && actual != expected).then_some((TRANSMISSION_IMPOSSIBLE, OTHER_MAU_TYPE))
+    }
+
+    /// How the neighbour of a port differs from the expected one.
+    fn peer_mismatch(&self, port: &PortParameters) -> Option<(u16, u16)> {
         let (expected_port, expected_station) = port.peer.as_ref()?;
         let detail = match self.neighbour().filter(|_| port.subslot == PORT_SUBSLOT) {
             None => NO_PEER,
@@ -180,14 +211,6 @@ impl Stack {
                 }
             }
         };
-        Some(SubmoduleDiagnosis {
-            api: 0,
-            slot: 0,
-            subslot: port.subslot,
-            channel: ChannelDiagnosis::WHOLE_SUBMODULE,
-            error_type: REMOTE_MISMATCH,
-            extended: Some((detail, 0)),
-            severity: DiagnosisSeverity::Fault,
-        })
+        Some((REMOTE_MISMATCH, detail))
     }
 }

@@ -35,6 +35,7 @@ enum StackRecord {
     Im(u16),
     Port,
     PortParameters(PortRecord),
+    Connections,
     LogBook,
     Interface,
     Physical,
@@ -68,6 +69,7 @@ fn record(index: u16) -> Option<(RecordReach, StackRecord)> {
         }
         0x800C | 0xC00C | 0xE00C | 0xF00C | 0xF80C => StackRecord::Diagnosis { with_maintenance: true },
         0xE002 => StackRecord::ModuleDiff,
+        0xF020 | 0xF820 => StackRecord::Connections,
         0xF821 => StackRecord::Apis,
         0xF840 => StackRecord::Im0Filter,
         0x802A => StackRecord::Port,
@@ -191,6 +193,7 @@ impl Stack {
             }
             StackRecord::Im(0) => maintenance::im0(&self.identity).write(out),
             StackRecord::PortParameters(record) => out.extend(self.read_port(place, record)?),
+            StackRecord::Connections => self.write_connections(scope, out),
             StackRecord::LogBook => self.write_log_book(now, out),
             StackRecord::Port => self.port(place).ok_or(RecordError::INVALID_INDEX)?.write(out),
             StackRecord::Interface if place.subslot != INTERFACE_SUBSLOT => return Err(RecordError::INVALID_INDEX),

@@ -2,6 +2,7 @@
 
 use super::super::alarm::AlarmEndpoint;
 use super::super::ar::{ArExchange, DeviceAr};
+use super::super::connection_record::{AgreedExchange, UDP_RT_PORT};
 use super::super::cyclic::{InputProvider, OutputConsumer};
 use super::super::hooks::{ArEvent, StackCheck};
 use super::super::phase::ArPhase;
@@ -20,9 +21,6 @@ use wire::profinet::blocks::connect::{
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::rpc;
 use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, PnioStatus};
-
-/// UDP port for cyclic data over UDP, which this device does not support.
-const UDP_RT_PORT: u16 = 0x8892;
 
 impl Stack {
     /// Opens a connection.
@@ -56,6 +54,7 @@ impl Stack {
             ready_plugs: Vec::new(),
             calls: 0,
             difference: None,
+            agreed: None,
             exchange: None,
             call: None,
             differs: false,
@@ -140,7 +139,11 @@ impl Stack {
         let macs = (ar.request.cm_initiator_mac_add, self.retained.mac);
         let exchange = self.exchange(env, ar, macs, plan);
         if let Some(exchange) = &exchange {
-            answer.blocks.push(ConnectContent::AlarmCrRes(exchange.alarms.response()).into());
+            let alarms = exchange.alarms.response();
+            let frame_id = |iocr: &IocrBlockReq| self.frame_id(iocr);
+            let reference = alarms.local_alarm_reference;
+            ar.agreed = Some(AgreedExchange::new(&plan.iocrs, &plan.alarm_cr, reference, frame_id));
+            answer.blocks.push(ConnectContent::AlarmCrRes(alarms).into());
         }
         ar.exchange = exchange;
         if let Some(difference) = &ar.difference {

@@ -263,3 +263,17 @@ fn a_connection_for_records_only_reads_and_writes() {
     assert_eq!(bench.release(), PnioStatus::OK);
     assert_eq!(read(&mut bench, TELEGRAM, 0x100).0, PnioStatus::from(0xDE81_4005));
 }
+
+/// The layout of ARData in version 1.1 is that of IEC 61158-6-10: one connection, then none.
+#[test]
+fn connections_are_listed_until_they_are_released() {
+    let mut bench = StackBench::new();
+    bench.start();
+    let (status, record) = implicit(&mut bench, HEAD, 0xF820);
+    assert_eq!(status, PnioStatus::from(0));
+    assert_eq!((&record[..2], &record[4..24]), (&[0, 0x18][..], &[&[1, 1, 0, 1][..], &AR.0].concat()[..]));
+    assert_eq!((usize::from(u16::from_be_bytes([record[2], record[3]])), record.len() % 4), (record.len() - 4, 0));
+    assert_eq!(implicit(&mut bench, TELEGRAM, 0xF020).1, record);
+    bench.release();
+    assert_eq!(implicit(&mut bench, HEAD, 0xF820).1, [0, 0x18, 0, 4, 1, 1, 0, 0]);
+}
