@@ -31,9 +31,9 @@ pub struct VendorRecords {
 impl StackHooks for VendorRecords {
     fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
         match check {
-            // Beside another connection those of the first one hold.
-            StackCheck::ConnectionLimit { is_exchange: true, others } => {
-                if verdict && others == 0 {
+            // What is written stays with the device while another controller shares it.
+            StackCheck::ConnectionLimit { is_exchange: true, others: 0 } => {
+                if verdict {
                     self.written = Default::default();
                 }
                 verdict
