@@ -1,11 +1,15 @@
 //! What the fuzz targets share: captures made of fuzzed frames, and a device whose wire a fuzzer disturbs.
 
+use std::path::Path;
 use std::sync::LazyLock;
 use suite::model::Manual;
+use suite_yaml::Sources;
 use virtual_wire::PcapngWriter;
 use virtual_wire::capture::LinkType;
 
 mod disturbed;
+mod files;
+mod wires;
 
 pub use disturbed::{exchange, trials};
 
@@ -14,10 +18,41 @@ pub const PROFINET: &str = "lika-xac77-profinet";
 /// The manual whose rules judge fuzzed captures on PROFIBUS.
 pub const PROFIBUS: &str = "datalogic-amt58-profibus";
 
-/// The two manuals.
-pub static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| {
-    suite_yaml::load_some(&suites::sources(), &[PROFINET, PROFIBUS]).unwrap_or_else(|errors| panic!("{errors}"))
+/// A target: its name, and what it does with the bytes of the fuzzer.
+pub type FuzzTarget = (&'static str, fn(&[u8]));
+
+/// All targets. Those of captures read, judge and tell; those of exchanges have a controller or master, a device and a case.
+pub static TARGETS: [FuzzTarget; 14] = [
+    ("application", files::application),
+    ("bench_file", files::bench_file),
+    ("capture", replayed),
+    ("dp_exchange", |data| exchange(PROFIBUS, data)),
+    ("ethernet_frames", |data| replayed(&capture(data, LinkType::ETHERNET))),
+    ("gsd", files::gsd),
+    ("gsdml", files::gsdml),
+    ("hex_log", files::hex_log),
+    ("io_exchange", |data| exchange(PROFINET, data)),
+    ("profibus", wires::profibus),
+    ("profinet", wires::profinet),
+    ("qemu", files::qemu),
+    ("suite", files::suite),
+    ("telegrams", |data| replayed(&capture(data, LinkType::PROFIBUS))),
+];
+
+/// The target of this name.
+pub fn target(name: &str) -> Option<fn(&[u8])> {
+    TARGETS.iter().find(|(of, _)| *of == name).map(|(_, does)| *does)
+}
+
+/// The suites of the checkout, read when a target starts: to build them in would build their loader twice.
+pub static SUITES: LazyLock<Sources> = LazyLock::new(|| {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../suites");
+    Sources::folder(&folder).unwrap_or_else(|errors| panic!("{errors}"))
 });
+
+/// The two manuals.
+pub static MANUALS: LazyLock<Vec<Manual>> =
+    LazyLock::new(|| suite_yaml::load_some(&SUITES, &[PROFINET, PROFIBUS]).unwrap_or_else(|errors| panic!("{errors}")));
 
 /// Fuzzed bytes as frames: before each stand two bytes of length, then two of the time since the frame before, in steps of 16 µs.
 pub fn frames(data: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
