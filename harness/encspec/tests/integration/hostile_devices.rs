@@ -85,6 +85,37 @@ fn no_hostile_device_is_green() {
     }
 }
 
+/// The frames that a device sends until it exchanges data, and a few more: on PROFINET fewer than 14, on PROFIBUS fewer than 20.
+const START_UP_FRAMES: usize = 24;
+
+#[test]
+fn a_device_that_dies_after_any_frame_of_a_start_up_passes_nothing() {
+    for (device, frames) in ["lika-xac77-profinet/xac7718", "datalogic-amt58-profibus/hs5818"]
+        .into_iter()
+        .flat_map(|device| (0..START_UP_FRAMES).map(move |frames| (device, frames)))
+    {
+        let request = RunRequest {
+            duts: vec![format!("null:dies-after-{frames}")],
+            device: Some(device.to_owned()),
+            filter: FilterArgs { filters: vec!["preset/".to_owned()], ..FilterArgs::default() },
+            ..RunRequest::default()
+        };
+        let ready = request.ready(&MANUALS).map_err(|stop| stop.message).expect("a null device");
+        let begun = Instant::now();
+        let result = ready.run(&MANUALS, &|_, _, _| {}).map_err(|stop| stop.message).expect("a virtual bench");
+        assert!(begun.elapsed() < LONGEST_RUN, "{device} {frames}: the run took {:?}", begun.elapsed());
+        assert_eq!(report::status(&result), ExitStatus::Red, "{device} {frames}");
+        let wrong: Vec<&str> = result
+            .runs
+            .iter()
+            .flat_map(|run| &run.cases)
+            .filter(|case| !matches!(case.verdict, Verdict::Fail | Verdict::Inconclusive))
+            .map(|case| case.id.as_str())
+            .collect();
+        assert_eq!(wrong, [""; 0], "{device} {frames}");
+    }
+}
+
 /// As `encspec run --help` says.
 #[test]
 fn an_unknown_kind_lists_them() {

@@ -7,6 +7,7 @@
 mod against;
 #[path = "../common/mod.rs"]
 mod common;
+mod hostile;
 mod kills;
 mod nic;
 mod permanence;
@@ -29,6 +30,7 @@ fn main() -> ExitCode {
     arguments.test_threads.get_or_insert(AT_ONCE);
     let trials = [
         kills::trials(),
+        hostile::trials(),
         against::trials(),
         serial::trials(),
         nic::trials(),
