@@ -273,6 +273,31 @@ fn lines_of_yaml_are_at_most_140_characters_long() {
     assert_eq!(found, [""; 0]);
 }
 
+/// What a fuzz target reads by way of another type.
+const FUZZED_INSIDE: [&str; 1] = ["Ipv4"];
+
+#[test]
+fn each_format_of_the_wire_has_a_fuzz_target() {
+    let targets = text(&root().join("fuzz/src/wires.rs"));
+    let (mut count, mut missing) = (0, Vec::new());
+    for path in files("harness/wire/src", "rs") {
+        let mut parsed = String::new();
+        for line in text(&path).lines() {
+            if let Some(rest) = line.strip_prefix("impl") {
+                let rest = rest.strip_prefix("<'a>").unwrap_or(rest).trim_start();
+                parsed = rest.chars().take_while(|letter| letter.is_alphanumeric()).collect();
+            } else if line.starts_with("    pub fn parse") {
+                count += 1;
+                if !targets.contains(&format!("{parsed}::parse")) && !FUZZED_INSIDE.contains(&parsed.as_str()) {
+                    missing.push(format!("{}: {parsed}", relative_path(&path)));
+                }
+            }
+        }
+    }
+    assert!(count > 40, "only {count} formats were found");
+    assert_eq!(missing, [""; 0], "formats without a fuzz target");
+}
+
 /// The entries, name and rest of the line, in the sections of a manifest whose heading ends with `section`.
 fn entries(manifest: &str, section: &str) -> Vec<(String, String)> {
     let mut inside = false;
