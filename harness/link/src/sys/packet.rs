@@ -278,9 +278,9 @@ pub fn interface_status(socket: BorrowedFd<'_>, name: &str) -> io::Result<Option
     for (to, from) in request.ifr_name.iter_mut().zip(octets) {
         *to = *from as libc::c_char;
     }
-    let ask = |question: libc::Ioctl, request: &mut libc::ifreq| {
+    let ask = |question: libc::c_ulong, request: &mut libc::ifreq| {
         // SAFETY: these requests take an `ifreq`, and it lives through the call.
-        let result = unsafe { libc::ioctl(socket.as_raw_fd(), question, &raw mut *request) };
+        let result = unsafe { libc::ioctl(socket.as_raw_fd(), question as _, &raw mut *request) };
         if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
     };
     let mut all = || -> io::Result<InterfaceStatus> {

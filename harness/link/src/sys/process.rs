@@ -8,9 +8,13 @@ fn checked(result: libc::c_int) -> io::Result<()> {
 
 /// Sets the calling thread to SCHED_FIFO with `priority` 1 to 99; threads and processes that it starts do not inherit it.
 pub fn schedule_first(priority: i32) -> io::Result<()> {
-    let parameters = libc::sched_param { sched_priority: priority };
-    // SAFETY: `parameters` lives through the call; 0 means the calling thread.
-    checked(unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &raw const parameters) })
+    // The function of musl refuses every policy, so this is the system call, whose structure holds the priority alone.
+    let parameters: libc::c_int = priority;
+    let policy = libc::c_long::from(libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK);
+    let this_thread: libc::c_long = 0;
+    // SAFETY: `parameters` lives through the call.
+    let result = unsafe { libc::syscall(libc::SYS_sched_setscheduler, this_thread, policy, &raw const parameters) };
+    if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 
 /// Sets the timer slack of the calling thread: its timers expire at most `nanoseconds` late.
