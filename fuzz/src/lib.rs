@@ -84,7 +84,7 @@ pub fn capture(data: &[u8], link: LinkType) -> Vec<u8> {
 pub fn replayed(octets: &[u8]) {
     if let Ok(report) = replay::capture("fuzz", octets, &MANUALS) {
         let mut annotated = Vec::new();
-        let _ = replay::annotate(&report, octets, &mut annotated);
+        let _ = replay::annotate(&report, octets, &mut annotated, None);
         let report = replay::ReplayReport { captures: vec![report] };
         std::hint::black_box(replay::text(&report));
         std::hint::black_box(serde_json::to_string(&report).expect("a report is JSON"));

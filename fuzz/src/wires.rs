@@ -1,6 +1,7 @@
 //! Formats of the wire alone: the first byte says which. What was read is written and read again, and is the same.
 
 use crate::twice;
+use wire::datagram::icmp::IcmpEcho;
 use wire::datagram::{Datagram, arp::Arp};
 use wire::ethernet::FrameHeader;
 use wire::http::{HttpRequest, HttpResponse};
@@ -63,6 +64,7 @@ pub fn profinet(data: &[u8]) {
         _ => {
             let _ = Datagram::parse(octets);
             let _ = FrameHeader::parse(octets);
+            let _ = IcmpEcho::parse(octets);
             let _ = CyclicFrame::parse_to_end(octets);
             twice!(Arp::parse, octets);
         }

@@ -287,11 +287,12 @@ impl Encoder {
         let position = if is_parked { 0 } else { self.position(now) };
         let xist1 = if self.has(PRESET_NOT_XIST1) && !is_parked { self.measured(now) } else { position };
         // With the mistake the second error does not end the transfer of the absolute value.
-        let hides_error = self.deviates("sequence") && self.connection.errors.len() > 1;
-        let is_shown = (error.is_none() || hides_error) && !is_parked && g1_stw & 0x2000 != 0;
+        let hidden = if self.deviates("sequence") { 2 } else { usize::MAX };
+        let is_shown =
+            (error.is_none() || self.connection.errors.len() >= hidden) && !is_parked && g1_stw & 0x2000 != 0;
         let xist2 = error.map_or(if is_shown { position } else { 0 }, i64::from);
-        let g1_zsw = bit(11, is_acknowledging) | bit(12, is_preset) | bit(13, is_shown);
-        let g1_zsw = g1_zsw | bit(14, is_parked) | bit(15, error.is_some());
+        let low = bit(11, is_acknowledging) | bit(12, is_preset) | bit(13, is_shown);
+        let g1_zsw = low | bit(14, is_parked) | bit(15, error.is_some());
         format!("{zsw2:04X}{g1_zsw:04X}{xist1:08X}{xist2:08X}")
     }
 

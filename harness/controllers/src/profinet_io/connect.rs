@@ -195,6 +195,16 @@ pub(super) fn is_improper(diff: &ModuleDiffBlock, slot: u16, subslot: u16) -> bo
     })
 }
 
+/// Whether another controller, or a supervisor, owns the submodule.
+pub(super) fn is_locked(diff: &ModuleDiffBlock, slot: u16, subslot: u16) -> bool {
+    let modules = diff.apis.iter().flat_map(|api| &api.modules).filter(|module| module.slot == slot);
+    let mut submodules = modules.flat_map(|module| &module.submodules).filter(|of| of.subslot == subslot);
+    submodules.any(|of| {
+        let owners = [ArInfo::SUPERORDINATED_LOCKED, ArInfo::LOCKED_BY_CONTROLLER, ArInfo::LOCKED_BY_SUPERVISOR];
+        of.state.format_indicator() && owners.contains(&of.state.ar_info())
+    })
+}
+
 fn improper(state: SubmoduleState) -> bool {
     if !state.format_indicator() {
         // The older coding: 4 is "application ready pending", 7 is "substitute"; all else is missing, wrong or locked.

@@ -5,7 +5,7 @@
 
 use super::call::RpcCallResult;
 use super::connect;
-use super::connection::ArConfig;
+use super::connection::{ArConfig, StartUpRecord};
 use super::context::{ARGS_MAXIMUM, CallRefusal, ControllerContext, JobEvent, blocks};
 use super::exchange::InputSample;
 use super::layout::Layout;
@@ -233,6 +233,9 @@ impl ArStartUpJob {
                 }
                 if let Some(diff) = &opened.module_diff {
                     context.exclude_improper(diff);
+                    // What another controller owns is its to parametrize.
+                    let is_own = |of: &StartUpRecord| !connect::is_locked(diff, of.target.slot, of.target.subslot);
+                    self.connection.records.retain(is_own);
                 }
                 self.result.module_diff = opened.module_diff;
                 if self.connection.has_data() { self.records(context, now, out) } else { self.end(None) }
