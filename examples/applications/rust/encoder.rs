@@ -237,8 +237,7 @@ impl Encoder {
         }
         // Without control by PLC no request is valid.
         let request = if self.has(NOT_COMPATIBLE) && stw2 & 0x0400 == 0 { 0 } else { request };
-        let new = request & !self.connection.g1_stw;
-        let is_still = self.shaft.is_still(now);
+        let (new, is_still) = (request & !self.connection.g1_stw, self.shaft.is_still(now));
         let parks = new & 0x4000 != 0 && is_still;
         self.raise_if(new & 0x4000 != 0 && !is_still, PARKING_ERROR);
         let connection = &mut self.connection;
@@ -287,9 +286,8 @@ impl Encoder {
         let position = if is_parked { 0 } else { self.position(now) };
         let xist1 = if self.has(PRESET_NOT_XIST1) && !is_parked { self.measured(now) } else { position };
         // With the mistake the second error does not end the transfer of the absolute value.
-        let hidden = if self.deviates("sequence") { 2 } else { usize::MAX };
-        let is_shown =
-            (error.is_none() || self.connection.errors.len() >= hidden) && !is_parked && g1_stw & 0x2000 != 0;
+        let is_hidden = error.is_some() && !(self.deviates("sequence") && self.connection.errors.len() > 1);
+        let is_shown = !is_hidden && !is_parked && g1_stw & 0x2000 != 0;
         let xist2 = error.map_or(if is_shown { position } else { 0 }, i64::from);
         let low = bit(11, is_acknowledging) | bit(12, is_preset) | bit(13, is_shown);
         let g1_zsw = low | bit(14, is_parked) | bit(15, error.is_some());
