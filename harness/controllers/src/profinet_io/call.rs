@@ -149,8 +149,11 @@ impl ControllerCall {
     }
 
     fn response(&mut self, now: Time, pdu: &RpcPdu, out: &mut Outbox) -> Option<RpcCallResult> {
-        self.restart_timer(now);
         let assembled = self.reassembler.take(pdu);
+        // A fragment that says nothing new is no sign that the answer is on its way.
+        if matches!(assembled, Assembled::Whole(_) | Assembled::Waiting { .. }) {
+            self.restart_timer(now);
+        }
         let flags = pdu.header.flags1;
         if flags.has(Flags1::FRAGMENT) && !flags.has(Flags1::NO_FACK) {
             let (number, fack) =

@@ -13,7 +13,7 @@ use wire::profinet::blocks::module_diff::{
     ApiDiff, ArInfo, IdentInfo, ModuleDiff, ModuleDiffBlock, ModuleState, SubmoduleDiff, SubmoduleState,
 };
 use wire::profinet::dcp::{BlockError, BlockQualifier, Dcp, DcpValue, ServiceId};
-use wire::profinet::rpc::{NdrRequest, NdrResponse, Opnum, PacketType, RejectStatus, RpcHeader, RpcPdu};
+use wire::profinet::rpc::{Flags1, NdrRequest, NdrResponse, Opnum, PacketType, RejectStatus, RpcHeader, RpcPdu};
 use wire::profinet::rt::{Instance, IoxS};
 use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, ErrorSource, PnioStatus, RecordError};
 
@@ -237,6 +237,21 @@ fn an_answer_to_another_call_is_ignored(#[case] change: fn(&mut RpcHeader)) {
     assert_eq!(result.failed.unwrap().why.to_string(), "the answer to Connect did not come within 4s");
 }
 
+/// The first fragment of an answer comes again after each repetition, and the last never comes.
+#[test]
+fn a_fragment_that_is_known_already_does_not_prolong_a_call() {
+    let mut rig = ControllerRig::new();
+    rig.device.hook = Box::new(|call| {
+        let answer = call.header.answer(PacketType::RESPONSE, ByteOrder::Big);
+        let header = RpcHeader { flags1: Flags1::FRAGMENT | Flags1::NO_FACK, ..answer };
+        Reaction::Instead(vec![RpcPdu::new(header, &[0; 40]).to_vec()])
+    });
+    let began = rig.now;
+    let result = rig.start(connection());
+    assert!(result.failed.unwrap().why.to_string().starts_with("the answer to Connect did not come within 4"));
+    assert!(rig.now.since(began) < Duration::from_secs(8), "it took {:?}", rig.now.since(began));
+}
+
 #[rstest]
 #[case::reject(PacketType::REJECT, CallError::Rejected(RejectStatus::UNKNOWN_INTERFACE))]
 #[case::fault(PacketType::FAULT, CallError::Faulted(RejectStatus::UNKNOWN_INTERFACE))]
@@ -396,6 +411,30 @@ fn device_access_opens_an_ar_without_data() {
     assert!(connect.ar_req().unwrap().ar_properties.has(ArProperties::DEVICE_ACCESS));
     rig.run(Duration::from_secs(1));
     assert_eq!((rig.controller.state(), rig.controller.cycles_sent()), (ArState::Data, 0));
+}
+
+/// The owner of a submodule parametrizes it; a record of a submodule without a difference is written.
+#[rstest]
+#[case::of_another(1, ArInfo::LOCKED_BY_CONTROLLER, &[Opnum::CONNECT, Opnum::CONTROL])]
+#[case::of_a_supervisor(1, ArInfo::LOCKED_BY_SUPERVISOR, &[Opnum::CONNECT, Opnum::CONTROL])]
+#[case::own(1, ArInfo::OWN, &[Opnum::CONNECT, Opnum::WRITE, Opnum::CONTROL])]
+#[case::another_submodule(2, ArInfo::LOCKED_BY_CONTROLLER, &[Opnum::CONNECT, Opnum::WRITE, Opnum::CONTROL])]
+fn records_of_a_locked_submodule_are_not_written(#[case] subslot: u16, #[case] owner: ArInfo, #[case] calls: &[Opnum]) {
+    let mut rig = ControllerRig::new();
+    let state = SubmoduleState::new(IdentInfo::OK, owner, 0);
+    let submodules = vec![SubmoduleDiff { subslot, submodule_ident: 2, state }];
+    let module = ModuleDiff { slot: 1, module_ident: 0x22, state: ModuleState::PROPER_MODULE, submodules };
+    let diff = ModuleDiffBlock { apis: vec![ApiDiff { api: 0x3D00, modules: vec![module] }] };
+    rig.device.hook = Box::new(move |call| match call.header.opnum {
+        Opnum::CONNECT => {
+            let mut blocks = ScriptedDevice::new().carry_out(Opnum::CONNECT, call.blocks);
+            diff.write(&mut blocks);
+            Reaction::Blocks(blocks)
+        }
+        _ => Reaction::Usual,
+    });
+    rig.start(connection());
+    assert_eq!(rig.device.calls, calls);
 }
 
 /// A submodule that the device reports as wrong is not awaited, whether Connect or ApplicationReady reports it.
