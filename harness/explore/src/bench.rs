@@ -22,6 +22,9 @@ pub enum CannotExplore {
     /// The bench cannot be used.
     #[error(transparent)]
     Bench(#[from] BenchError),
+    /// Whoever explores has stopped it.
+    #[error("it was interrupted")]
+    Interrupted,
     /// The manual has nothing to explore.
     #[error("{0}")]
     Nothing(String),
@@ -78,6 +81,8 @@ pub struct ExploreBench<'m> {
     checker: Checker,
     /// The description of a live device with what its GSDML or GSD and its bench say.
     of_live: Option<Arc<DeviceDescription>>,
+    /// Whether to stop.
+    is_stopped: fn() -> bool,
     /// A requirement that applies: the loader takes no case without one.
     requirement: String,
 }
@@ -97,13 +102,19 @@ impl<'m> ExploreBench<'m> {
         let nothing = || CannotExplore::Nothing(format!("{name} has no requirements"));
         let requirement = applies.ok_or_else(nothing)?.id.clone();
         let checker = Checker::unchecked(sources, name).map_err(CannotExplore::NotUnderstood)?;
-        Ok(ExploreBench { manual, variant, checker, of_live: None, requirement })
+        Ok(ExploreBench { manual, variant, checker, of_live: None, is_stopped: || false, requirement })
     }
 
     /// The same for a live device with this description.
     #[must_use]
     pub fn described(self, device: Arc<DeviceDescription>) -> ExploreBench<'m> {
         ExploreBench { of_live: Some(device), ..self }
+    }
+
+    /// The same, which stops before the next sequence once `is_stopped` says so.
+    #[must_use]
+    pub fn until(self, is_stopped: fn() -> bool) -> ExploreBench<'m> {
+        ExploreBench { is_stopped, ..self }
     }
 
     /// The manual with its cases and rules.
@@ -208,6 +219,9 @@ impl<'m> ExploreBench<'m> {
 
     /// Runs the sequence with this number on a device.
     pub fn run(&self, loaded: &LoadedSequences, number: usize, dut: &DutSpec) -> Result<SequenceLog, CannotExplore> {
+        if (self.is_stopped)() {
+            return Err(CannotExplore::Interrupted);
+        }
         let nothing = || CannotExplore::Nothing(format!("the sequence does not apply to {}", self.variant()));
         let manual = loaded.manual_of(dut);
         let variant = manual.variants.get(self.variant).ok_or_else(nothing)?;

@@ -92,6 +92,8 @@ pub struct Finding {
 pub struct CampaignResult {
     pub sequences: u64,
     pub frames: u64,
+    /// Whether it was interrupted before its limit.
+    pub interrupted: bool,
     /// Sequences that say nothing, because this host or the line was late.
     pub spoilt: u64,
     /// Sequences that did not load, each with why; there should be none.
@@ -139,7 +141,7 @@ impl<'a, 'm> Campaign<'a, 'm> {
         let is_over = |done: u64, found: usize| {
             done >= most || found >= findings || self.options.time.is_some_and(|time| began.elapsed() >= time)
         };
-        while !is_over(self.result.sequences, self.result.findings.len()) {
+        while !self.result.interrupted && !is_over(self.result.sequences, self.result.findings.len()) {
             let begin = self.result.sequences;
             let count = TOGETHER.min(most - begin);
             let drawn: Vec<(Option<u64>, Vec<SequenceStep>)> =
@@ -156,7 +158,13 @@ impl<'a, 'm> Campaign<'a, 'm> {
                 self.result.sequences += 1;
                 if let Some(Some((loaded, place))) = loaded.get(index) {
                     let seed = seeds.get(index).copied().flatten();
-                    self.sequence(begin + index as u64, seed, steps, loaded, *place)?;
+                    match self.sequence(begin + index as u64, seed, steps, loaded, *place) {
+                        Err(CannotExplore::Interrupted) => {
+                            self.result.interrupted = true;
+                            break;
+                        }
+                        done => done?,
+                    }
                 }
                 progress(self.result.sequences, self.result.findings.len());
             }

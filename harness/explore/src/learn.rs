@@ -147,7 +147,11 @@ impl Search<'_, '_> {
             effective.dedup();
         }
         let mut draw = Draw::new(effective.len() as u64);
-        while self.known.len() < self.most_runs && effective.len() > 1 {
+        // Few variations have fewer sets than runs, so that the tries are counted as well.
+        for _ in 0..self.most_runs {
+            if self.known.len() >= self.most_runs || effective.len() < 2 {
+                break;
+            }
             if self.distance(&best) == 0.0 {
                 return Some(best);
             }

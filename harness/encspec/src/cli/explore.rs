@@ -105,7 +105,8 @@ pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
     if spec.live().is_none() {
         check_deviations(spec, manual)?;
     }
-    let mut bench = ExploreBench::new(sources, manual, &spec.variant).map_err(stop)?;
+    link::interrupt::watch();
+    let mut bench = ExploreBench::new(sources, manual, &spec.variant).map_err(stop)?.until(link::interrupt::requested);
     if let Some(live) = spec.live() {
         bench = bench.described(live.manual().device.clone());
     }
@@ -141,7 +142,8 @@ pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
     if !uses_standard_output(&args.report) {
         show(&text(args, spec, manual, &result, *has_reference));
     }
-    Ok(if result.findings.is_empty() { ExitStatus::Green } else { ExitStatus::Red })
+    let is_done = !result.interrupted && result.spoilt < result.sequences;
+    Ok(if is_done && result.findings.is_empty() { ExitStatus::Green } else { ExitStatus::Red })
 }
 
 /// The device that is explored.
@@ -290,6 +292,13 @@ fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignRe
         result.frames,
         args.seed
     );
+    if result.interrupted {
+        let _ = writeln!(out, "  interrupted; a difference that was still looked into is not listed");
+    }
+    if result.spoilt > 0 {
+        let which = count(result.spoilt as usize, "sequence says", "sequences say");
+        let _ = writeln!(out, "  {which} nothing: the bench does not permit it, or this host or the line was late");
+    }
     for name in &result.learned {
         let _ = writeln!(out, "  the device has the permitted variation {name}");
     }
@@ -309,7 +318,7 @@ fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignRe
     if never.len() > MOST_LISTED {
         let _ = writeln!(out, "    and {} more", never.len() - MOST_LISTED);
     }
-    if result.findings.is_empty() {
+    if result.findings.is_empty() && result.spoilt < result.sequences {
         let same = "no difference from the reference device";
         let said = if has_reference { same } else { "no rule breaks, and there is no error of the protocol" };
         let _ = writeln!(out, "  {said}");

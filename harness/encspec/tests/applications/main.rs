@@ -206,4 +206,8 @@ fn command_needs_no_bench_file() {
         encspec(Path::new("."), &["run", "--dut", &dut, "--device", "dp-slave/plain", "--no-evidence", "parameters/"]);
     assert_eq!(ran.status, Some(1), "{}", ran.all());
     assert!(ran.out.contains("example encoder in Python") || ran.out.contains("0xFEED"), "{}", ran.out);
+    // Nothing that is permitted explains how it differs from the plain slave.
+    let dut = ["--dut", &dut, "--device", "dp-slave/plain"];
+    let said = encspec(Path::new("."), &[&["explore"], &dut[..], &["--sequences", "1"]].concat());
+    assert!(said.status == Some(1) && said.out.contains("reference device: "), "{}", said.all());
 }
