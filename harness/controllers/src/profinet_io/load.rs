@@ -63,13 +63,18 @@ impl LoadJob {
 
     /// Sends what is due; returns whether the load is over.
     pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> bool {
-        // A host that stalled does not send in one burst what it has missed.
-        if self.left > 0 && now >= self.due {
-            out.push(&self.frame);
-            self.left -= 1;
-            self.due = (self.due + self.gap).max(now);
+        if now < self.due {
+            return false;
         }
-        self.left == 0
+        // It ends a gap after the last frame, which is on the wire then.
+        if self.left == 0 {
+            return true;
+        }
+        out.push(&self.frame);
+        self.left -= 1;
+        // A host that stalled does not send in one burst what it has missed.
+        self.due = (self.due + self.gap).max(now);
+        false
     }
 }
 
