@@ -65,7 +65,7 @@ pub fn forms(
             }
         }
         DifferenceKind::Event => {
-            let cycle = reference.cycle.unwrap_or(Duration::from_millis(2));
+            let cycle = reference.cycle_or_usual();
             let line = match &difference.first {
                 Some(event) => CaseLine::new(format!("expect: {event}")).with("within: 1s"),
                 None => CaseLine::new("expect: { connection: data }")
@@ -188,7 +188,7 @@ fn answered(
 /// A name that has the value of the reference device, for as long as it has it there.
 fn value_checks(reference: &Conversation, other: &Conversation, difference: &Difference, since: Time) -> Vec<CaseLine> {
     let name = &difference.name;
-    let cycle = reference.cycle.or(other.cycle).unwrap_or(Duration::from_millis(2));
+    let cycle = reference.cycle.unwrap_or_else(|| other.cycle_or_usual());
     let Some(track) = reference.tracks.get(name) else { return Vec::new() };
     let Some(change) = track.at(difference.at) else { return Vec::new() };
     let Some(value) = &change.value else { return Vec::new() };

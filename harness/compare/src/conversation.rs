@@ -191,6 +191,9 @@ impl SkippedAction {
     }
 }
 
+/// The cycle time of a connection that does not show one.
+const USUAL_CYCLE: std::time::Duration = std::time::Duration::from_millis(2);
+
 /// The conversation of a controller and a device.
 #[derive(Clone, Debug, Default)]
 pub struct Conversation {
@@ -206,6 +209,13 @@ pub struct Conversation {
     pub cycle: Option<std::time::Duration>,
     /// The time of the last frame.
     pub end: Time,
+}
+
+impl Conversation {
+    /// The cycle time of the last connection, or a usual one if it had no cyclic data.
+    pub fn cycle_or_usual(&self) -> std::time::Duration {
+        self.cycle.unwrap_or(USUAL_CYCLE)
+    }
 }
 
 /// The conversation in a capture, with the time of the first frame.

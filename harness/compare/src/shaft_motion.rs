@@ -86,7 +86,7 @@ impl ShaftMotion {
         if changes < 2 {
             return Ok(Ok(None));
         }
-        let cycle = recorded.cycle.unwrap_or(Duration::from_millis(2));
+        let cycle = recorded.cycle_or_usual();
         let connect = steps.iter().position(|ask| matches!(ask, ControllerAction::Connect(_))).unwrap_or_default();
         let mut begin = vec![set_shaft(place)];
         begin.extend(steps.iter().take(connect + 1).cloned());

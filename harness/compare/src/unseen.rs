@@ -81,22 +81,21 @@ impl Assumption {
 
     /// The last assumed raw position of the shaft.
     fn shaft(&self) -> Option<i128> {
-        let counts = |ask: &ControllerAction| match ask {
-            ControllerAction::Set(of) => of.iter().find(|(name, _)| name == "shaft.counts")?.1.parse().ok(),
-            _ => None,
-        };
-        self.stand.iter().rev().find_map(|(_, ask)| counts(ask))
+        self.last("shaft.counts")?.parse().ok()
     }
 
     /// Whether a fault is present after all assumed steps.
     fn has_fault(&self, name: &str) -> bool {
-        let value = |ask: &ControllerAction| match ask {
-            ControllerAction::Set(of) => {
-                of.iter().find(|(known, _)| known == name).map(|(_, value)| value == "present")
-            }
+        self.last(name) == Some("present")
+    }
+
+    /// The last assumed value of a name of the stand.
+    fn last(&self, name: &str) -> Option<&str> {
+        let sets = self.stand.iter().rev().filter_map(|(_, ask)| match ask {
+            ControllerAction::Set(of) => Some(of),
             _ => None,
-        };
-        self.stand.iter().rev().find_map(|(_, ask)| value(ask)).unwrap_or_default()
+        });
+        sets.flatten().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
     }
 }
 
@@ -192,7 +191,7 @@ impl UnseenCauses<'_, '_> {
     /// How many runs are made: fewer, the longer the capture is.
     fn most_runs(&self) -> u128 {
         let begin = self.recorded.actions.first().map_or(Time::ZERO, |asked| asked.at);
-        let cycle = self.recorded.cycle.unwrap_or(Duration::from_millis(2)).as_nanos();
+        let cycle = self.recorded.cycle_or_usual().as_nanos();
         let samples = self.recorded.end.since(begin).as_nanos().checked_div(cycle).unwrap_or_default();
         MOST_SAMPLES.checked_div(samples).map_or(MOST_RUNS, |runs| runs.min(MOST_RUNS))
     }
@@ -298,7 +297,7 @@ impl UnseenCauses<'_, '_> {
 
     /// The shaft at rest, moved at once to where the first position that differs is the recorded one.
     fn moved(&self, assumed: &Assumption, left: &[Difference]) -> Result<Option<AssumedCause>, CannotDrive> {
-        let cycle = self.recorded.cycle.unwrap_or(Duration::from_millis(2));
+        let cycle = self.recorded.cycle_or_usual();
         let is_place = |of: &&Difference| self.recorded.tracks.get(&of.name).is_some_and(|track| track.is_place);
         let first = left.iter().find(|of| of.kind == DifferenceKind::Input && is_place(of));
         let Some((of, place)) = first.zip(self.fit.place) else { return Ok(None) };
@@ -331,7 +330,7 @@ impl UnseenCauses<'_, '_> {
 
     /// Two cycles earlier, but not before the connection.
     fn before(&self, at: Time) -> Time {
-        let cycle = self.recorded.cycle.unwrap_or(Duration::from_millis(2));
+        let cycle = self.recorded.cycle_or_usual();
         let early = Time::from_nanos(at.as_nanos().saturating_sub((cycle * 2).as_nanos() as u64));
         let connected = self.recorded.actions.iter().filter(|asked| matches!(asked.ask, ControllerAction::Connect(_)));
         connected.map(|asked| asked.done).filter(|done| *done <= at).fold(early, Time::max)

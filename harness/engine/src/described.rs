@@ -6,9 +6,14 @@ use std::sync::Arc;
 use suite::device::{DeviceDescription, DeviceRecord, Origin, RecordField};
 use suite::model::Manual;
 
-/// Returns the manual with the description that the variations of `dut` give its device, without the compiled suites; `None` if they
-/// leave the description as it is. Like the overlay of a GSDML, it replaces only what the manual does not print.
+/// Returns the manual with the description of the device that `dut` is, without the compiled suites; `None` if it is the same. A live
+/// device has what its GSDML or GSD and its bench file say. A reference device has what its variations change: like the overlay of a
+/// GSDML, that replaces only what the manual does not print.
 pub fn described(manual: &Manual, dut: &DutSpec) -> Option<Manual> {
+    if let Some(live) = dut.live() {
+        let device = &live.manual().device;
+        return (!Arc::ptr_eq(device, &manual.device)).then(|| with_device(manual, device.clone()));
+    }
     if dut.variations().is_empty() {
         return None;
     }
@@ -39,8 +44,12 @@ pub fn described(manual: &Manual, dut: &DutSpec) -> Option<Manual> {
             DescriptionChange::StartRecords(records) => add_start_records(&mut device, records),
         }
     }
+    Some(with_device(manual, Arc::new(device)))
+}
+
+fn with_device(manual: &Manual, device: Arc<DeviceDescription>) -> Manual {
     let (requirements, bugs) = (manual.requirements.clone(), manual.bugs.clone());
-    Some(Manual { device: Arc::new(device), requirements, bugs, variants: Vec::new(), unused: Vec::new() })
+    Manual { device, requirements, bugs, variants: Vec::new(), unused: Vec::new() }
 }
 
 /// Whether neither the manual nor a description says what a value is, so that it may be another one. A reference device without its

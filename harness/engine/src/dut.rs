@@ -4,7 +4,7 @@ use super::environment::{DpLine, TrialEnvironment};
 use super::live::{LiveDevice, SharedLiveDevice, VirtualStart};
 use super::segment::{DeviceOnStand, ModelOnStand, NoStand, PeerWithoutStand, Segment, VirtualSegment};
 use controllers::profibus_dp::MasterSettings;
-use deviations::{BuildError, Line, ReferenceDevice, Setup, Subject, subject};
+use deviations::{BuildError, Line, Setup, Subject, subject};
 use station::{Duration, Outbox, Stand, Station, Time};
 use std::fmt;
 use std::net::Ipv4Addr;
@@ -157,6 +157,16 @@ impl DutSpec {
         }
     }
 
+    /// `--dut`, and what else says on a command line which device it is.
+    pub fn option(&self) -> String {
+        let named = self.to_string();
+        let named = if named.contains(char::is_whitespace) { format!("'{named}'") } else { named };
+        // A command does not say what the program claims to be.
+        let is_bare = self.live().is_some_and(|live| live.is_virtual() && live.bench().path.is_none());
+        let claim = if is_bare { format!(" --device {}/{}", self.manual, self.variant) } else { String::new() };
+        format!("--dut {named}{claim}")
+    }
+
     /// The reference device of the same variant without deviations.
     #[must_use]
     pub fn without_deviations(&self) -> DutSpec {
@@ -249,7 +259,7 @@ impl DutSpec {
                 on.put(PeerWithoutStand(babbler, NoStand))
             }
             DutKind::Null(NullPeer::WrongIdentity) => {
-                let device = BoxedDevice(built(&[], true)?);
+                let device = built(&[], true)?;
                 let rewrite = if is_slave { other_ident } else { other_identity };
                 on.put(PeerWithoutStand(RewritingDevice::new(device, rewrite), NoStand))
             }
@@ -319,22 +329,6 @@ impl<S: Station> DeviceOnStand for ChangedModel<'_, S> {
 
     fn stand(&mut self) -> &mut dyn Stand {
         (self.model)(&mut self.station)
-    }
-}
-
-struct BoxedDevice(Box<dyn ReferenceDevice>);
-
-impl Station for BoxedDevice {
-    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
-        self.0.receive(now, frame, out);
-    }
-
-    fn wake(&mut self, now: Time, out: &mut Outbox) {
-        self.0.wake(now, out);
-    }
-
-    fn deadline(&self) -> Option<Time> {
-        self.0.deadline()
     }
 }
 

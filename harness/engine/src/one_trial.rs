@@ -235,12 +235,7 @@ fn outcome(mut run: RunningTrial<'_>, decided: Option<(Verdict, CaseFailure)>, d
     };
     let deviations = option("bug", dut.bugs()) + &option("vary", dut.variations());
     let persona = run.environment.persona.as_ref().map(|persona| format!(" --persona {}", persona.name));
-    let named = dut.to_string();
-    let named = if named.contains(char::is_whitespace) { format!("'{named}'") } else { named };
-    // A command does not say what the program claims to be.
-    let is_bare = dut.live().is_some_and(|live| live.is_virtual() && live.bench().path.is_none());
-    let claim = if is_bare { format!(" --device {}/{}", dut.manual, dut.variant) } else { String::new() };
-    let repeat = format!("--dut {named}{claim}{}{deviations}", persona.unwrap_or_default());
+    let repeat = format!("{}{}{deviations}", dut.option(), persona.unwrap_or_default());
     let manual = run.world.manual;
     let trial = run.trial;
     let main = match (&decided, run.checks) {

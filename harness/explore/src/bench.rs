@@ -8,8 +8,6 @@ use engine::{BenchError, DutSpec, LiveDevice, RunOptions, TrialOutcome, run_tria
 use results::verdict::Verdict;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::sync::Arc;
-use suite::device::DeviceDescription;
 use suite::model::{Manual, RequirementClass};
 use suite_yaml::{Checker, LoadErrors, Sources};
 
@@ -64,14 +62,6 @@ pub struct BrokenRule {
 /// Sequences that are loaded and can be run on any device of the manual.
 pub struct LoadedSequences {
     manual: Manual,
-    /// The same with what is known of the live device.
-    on_bench: Option<Manual>,
-}
-
-impl LoadedSequences {
-    fn manual_of(&self, dut: &DutSpec) -> &Manual {
-        self.on_bench.as_ref().filter(|_| dut.live().is_some()).unwrap_or(&self.manual)
-    }
 }
 
 /// A manual whose devices are explored.
@@ -79,8 +69,6 @@ pub struct ExploreBench<'m> {
     manual: &'m Manual,
     variant: usize,
     checker: Checker,
-    /// The description of a live device with what its GSDML or GSD and its bench say.
-    of_live: Option<Arc<DeviceDescription>>,
     /// Whether to stop.
     is_stopped: fn() -> bool,
     /// A requirement that applies: the loader takes no case without one.
@@ -102,13 +90,7 @@ impl<'m> ExploreBench<'m> {
         let nothing = || CannotExplore::Nothing(format!("{name} has no requirements"));
         let requirement = applies.ok_or_else(nothing)?.id.clone();
         let checker = Checker::unchecked(sources, name).map_err(CannotExplore::NotUnderstood)?;
-        Ok(ExploreBench { manual, variant, checker, of_live: None, is_stopped: || false, requirement })
-    }
-
-    /// The same for a live device with this description.
-    #[must_use]
-    pub fn described(self, device: Arc<DeviceDescription>) -> ExploreBench<'m> {
-        ExploreBench { of_live: Some(device), ..self }
+        Ok(ExploreBench { manual, variant, checker, is_stopped: || false, requirement })
     }
 
     /// The same, which stops before the next sequence once `is_stopped` says so.
@@ -169,17 +151,8 @@ impl<'m> ExploreBench<'m> {
 
     /// Loads sequences.
     pub fn load(&self, sequences: &[Vec<SequenceStep>]) -> Result<LoadedSequences, CannotExplore> {
-        let text = self.topic(sequences);
-        self.loaded(|| self.checker.with_rules(&self.topic_path(), &text))
-    }
-
-    fn loaded(&self, load: impl Fn() -> Result<Manual, LoadErrors>) -> Result<LoadedSequences, CannotExplore> {
-        let load = || load().map_err(CannotExplore::NotUnderstood);
-        let on_bench = match &self.of_live {
-            Some(device) => Some(Manual { device: device.clone(), ..load()? }),
-            None => None,
-        };
-        Ok(LoadedSequences { manual: load()?, on_bench })
+        let manual = self.checker.with_rules(&self.topic_path(), &self.topic(sequences));
+        Ok(LoadedSequences { manual: manual.map_err(CannotExplore::NotUnderstood)? })
     }
 
     /// Takes out the steps that the bench of a live device cannot or may not do, and with a connection all that is done in it.
@@ -207,7 +180,7 @@ impl<'m> ExploreBench<'m> {
     /// Whether the bench of a live device permits each of the sequences. Fails if one does not load.
     fn are_possible(&self, sequences: &[Vec<SequenceStep>], dut: &DutSpec) -> Result<Vec<bool>, CannotExplore> {
         let loaded = self.load(sequences)?;
-        let Some((live, variant)) = dut.live().zip(loaded.manual_of(dut).variants.get(self.variant)) else {
+        let Some((live, variant)) = dut.live().zip(loaded.manual.variants.get(self.variant)) else {
             return Ok(vec![true; sequences.len()]);
         };
         Ok(variant.trials.iter().map(|trial| live.objection(variant, trial).is_none()).collect())
@@ -223,7 +196,7 @@ impl<'m> ExploreBench<'m> {
             return Err(CannotExplore::Interrupted);
         }
         let nothing = || CannotExplore::Nothing(format!("the sequence does not apply to {}", self.variant()));
-        let manual = loaded.manual_of(dut);
+        let manual = &loaded.manual;
         let variant = manual.variants.get(self.variant).ok_or_else(nothing)?;
         let trial = variant.trials.get(number).ok_or_else(nothing)?;
         let options = RunOptions { unjudged: true, ..RunOptions::default() };
@@ -266,13 +239,11 @@ impl<'m> ExploreBench<'m> {
         dut: &DutSpec,
         evidence: Option<&Path>,
     ) -> Result<TrialOutcome, CannotExplore> {
-        let text = case.yaml();
-        let loaded = self.loaded(|| self.checker.alone(&self.topic_path(), &text))?;
-        let manual = loaded.manual_of(dut);
+        let manual = self.checker.alone(&self.topic_path(), &case.yaml()).map_err(CannotExplore::NotUnderstood)?;
         let nothing = || CannotExplore::Nothing(format!("the case does not apply to {}", self.variant()));
         let variant = manual.variants.get(self.variant).ok_or_else(nothing)?;
         let trial = variant.trials.first().ok_or_else(nothing)?;
         let options = RunOptions { evidence: evidence.map(Path::to_owned), ..RunOptions::default() };
-        Ok(run_trial(manual, variant, dut, trial, &options)?)
+        Ok(run_trial(&manual, variant, dut, trial, &options)?)
     }
 }

@@ -106,6 +106,13 @@ pub struct CampaignResult {
     pub kept: Vec<u64>,
 }
 
+impl CampaignResult {
+    /// Whether a sequence said anything about the device.
+    pub fn says_something(&self) -> bool {
+        self.spoilt < self.sequences
+    }
+}
+
 /// Explores a device.
 pub struct Campaign<'a, 'm> {
     bench: &'a ExploreBench<'m>,
@@ -381,8 +388,7 @@ impl<'a, 'm> Campaign<'a, 'm> {
             is_stable,
         };
         finding.case = self.case(&finding, reference, other, found)?;
-        let has_steps = !matches!(found.kind, LogDifferenceKind::Protocol | LogDifferenceKind::Rule);
-        if finding.case.is_none() && has_steps && self.reference.is_some() {
+        if finding.case.is_none() && !found.kind.is_error() && self.reference.is_some() {
             // What depends on the position of the shaft needs it.
             let mut placed = finding.clone();
             placed.steps.insert(0, at_position(SHAFT));

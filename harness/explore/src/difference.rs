@@ -31,6 +31,11 @@ pub enum LogDifferenceKind {
 }
 
 impl LogDifferenceKind {
+    /// Whether it is wrong whatever the device is, so that no reference device is needed to say so.
+    pub fn is_error(self) -> bool {
+        matches!(self, LogDifferenceKind::Protocol | LogDifferenceKind::Rule)
+    }
+
     /// The word in reports.
     pub fn word(self) -> &'static str {
         match self {

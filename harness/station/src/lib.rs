@@ -14,6 +14,7 @@ mod parity;
 mod stand;
 mod time;
 
+use alloc::boxed::Box;
 pub use core::time::Duration;
 pub use outbox::Outbox;
 pub use parity::Parity;
@@ -43,4 +44,22 @@ pub trait Station {
 
     /// The next time at which [`Station::wake`] has something to do, or `None` while the station only waits for frames.
     fn deadline(&self) -> Option<Time>;
+}
+
+impl<S: Station + ?Sized> Station for Box<S> {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        (**self).receive(now, frame, out);
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        (**self).wake(now, out);
+    }
+
+    fn carrier(&mut self, now: Time) {
+        (**self).carrier(now);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        (**self).deadline()
+    }
 }

@@ -160,6 +160,25 @@ impl<T: Copy> WordChoices<T> {
     }
 }
 
+/// Words that stand in a table elsewhere.
+#[derive(Debug)]
+pub struct TableWords(pub fn() -> Vec<&'static str>);
+
+impl Vocabulary for TableWords {
+    fn words(&self) -> Vec<&'static str> {
+        (self.0)()
+    }
+}
+
+impl TableWords {
+    /// The word after a key; an unknown one is refused with the nearest.
+    pub fn read(&self, node: &Node, key: &Key) -> Read<&'static str> {
+        let text = node.text(key.name)?;
+        let unknown = || Mistake::unknown(node.spot, &format!("word for {}", key.name), text, self.words());
+        self.words().into_iter().find(|word| *word == text).ok_or_else(unknown)
+    }
+}
+
 /// A key of a mapping.
 #[derive(Debug)]
 pub struct Key {

@@ -62,10 +62,21 @@ pub struct Ipv4<'a> {
 }
 
 impl<'a> Ipv4<'a> {
+    /// The protocol number of ICMP.
+    pub const ICMP: u8 = 1;
     /// The protocol number of TCP.
     pub const TCP: u8 = 6;
     /// The protocol number of UDP.
     pub const UDP: u8 = 17;
+
+    /// The packet in a frame, with the header of the frame; `None` if there is none that can be read.
+    pub fn of_frame(frame: &'a [u8]) -> Option<(FrameHeader, Ipv4<'a>)> {
+        let (header, payload) = FrameHeader::parse(frame).ok()?;
+        (header.ether_type == EtherType::IPV4)
+            .then(|| Ipv4::parse(payload).ok())
+            .flatten()
+            .map(|packet| (header, packet))
+    }
 
     /// Parses the payload of a frame of [`EtherType::IPV4`]; a wrong checksum is not an error, see [`Ipv4::checksum`].
     pub fn parse(payload: &'a [u8]) -> Result<Ipv4<'a>> {

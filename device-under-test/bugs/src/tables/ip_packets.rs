@@ -8,8 +8,7 @@ use device_stack::profinet::StackView;
 use reference_devices::manuals;
 use wire::datagram::Ipv4;
 use wire::datagram::fragments::{LONGEST_FRAGMENT, OutgoingPacket};
-use wire::datagram::icmp::{self, IcmpEcho};
-use wire::ethernet::{EtherType, FrameHeader};
+use wire::datagram::icmp::IcmpEcho;
 
 /// The deviations, by what they need.
 pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
@@ -42,25 +41,20 @@ const BUGS: &[Deviation] = bugs! {
         => |d| d.stack.add(WaitsForEver::default());
 };
 
-/// The IPv4 packet in a frame.
-pub(super) fn packet(frame: &[u8]) -> Option<(FrameHeader, Ipv4<'_>)> {
-    let (header, payload) =
-        FrameHeader::parse(frame).ok().filter(|(header, _)| header.ether_type == EtherType::IPV4)?;
-    Some((header, Ipv4::parse(payload).ok()?))
-}
-
 /// Whether a frame has a fragment of an IP packet.
 pub(super) fn is_fragment(frame: &[u8]) -> bool {
-    packet(frame).is_some_and(|(_, packet)| packet.is_fragment())
+    Ipv4::of_frame(frame).is_some_and(|(_, packet)| packet.is_fragment())
 }
 
 fn is_icmp(frame: &[u8]) -> bool {
-    packet(frame).is_some_and(|(_, packet)| packet.protocol == icmp::PROTOCOL)
+    Ipv4::of_frame(frame).is_some_and(|(_, packet)| packet.protocol == Ipv4::ICMP)
 }
 
 /// Changes an echo reply in one frame.
 fn change_reply(frame: &mut Vec<u8>, change: impl FnOnce(&mut IcmpEcho)) {
-    let Some((header, packet)) = packet(frame).filter(|(_, packet)| packet.protocol == icmp::PROTOCOL) else { return };
+    let Some((header, packet)) = Ipv4::of_frame(frame).filter(|(_, packet)| packet.protocol == Ipv4::ICMP) else {
+        return;
+    };
     let Some(mut echo) = IcmpEcho::parse(packet.payload).ok().filter(|echo| echo.is_reply && !packet.is_fragment())
     else {
         return;
@@ -69,7 +63,7 @@ fn change_reply(frame: &mut Vec<u8>, change: impl FnOnce(&mut IcmpEcho)) {
     let changed = OutgoingPacket {
         source: (header.source, packet.source),
         destination: (header.destination, packet.destination),
-        protocol: icmp::PROTOCOL,
+        protocol: Ipv4::ICMP,
         identification: packet.identification,
         payload: &echo.to_vec(),
     };
@@ -78,7 +72,7 @@ fn change_reply(frame: &mut Vec<u8>, change: impl FnOnce(&mut IcmpEcho)) {
 
 /// A frame whose ICMP message has the right checksum, and with `is_to_us` the address of the device.
 fn repaired(view: &StackView<'_>, frame: Vec<u8>, is_to_us: bool) -> Vec<u8> {
-    let found = packet(&frame).filter(|(_, packet)| packet.protocol == icmp::PROTOCOL && !packet.is_fragment());
+    let found = Ipv4::of_frame(&frame).filter(|(_, packet)| packet.protocol == Ipv4::ICMP && !packet.is_fragment());
     let Some((header, packet)) = found else { return frame };
     let [kind, code, _, _, identifier @ ..] = packet.payload else { return frame };
     let [a, b, c, d, data @ ..] = identifier else { return frame };
@@ -94,7 +88,7 @@ fn repaired(view: &StackView<'_>, frame: Vec<u8>, is_to_us: bool) -> Vec<u8> {
     let changed = OutgoingPacket {
         source: (header.source, packet.source),
         destination: (header.destination, destination),
-        protocol: icmp::PROTOCOL,
+        protocol: Ipv4::ICMP,
         identification: packet.identification,
         payload: &echo.to_vec(),
     };

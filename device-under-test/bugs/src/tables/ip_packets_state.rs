@@ -1,8 +1,9 @@
 //! Deviations of the PROFINET stack with state about IP fragments.
 
-use super::ip_packets::{is_fragment, packet};
+use super::ip_packets::is_fragment;
 use alloc::vec::Vec;
 use device_stack::profinet::{StackHooks, StackView};
+use wire::datagram::Ipv4;
 
 const OFFSET: u16 = 0x1FFF;
 const MORE_FRAGMENTS: u16 = 0x2000;
@@ -17,7 +18,9 @@ pub struct PacketsInOrder {
 impl StackHooks for PacketsInOrder {
     fn received_frames(&mut self, _: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         frames.retain(|frame| {
-            let Some((_, packet)) = packet(frame).filter(|(_, packet)| packet.is_fragment()) else { return true };
+            let Some((_, packet)) = Ipv4::of_frame(frame).filter(|(_, packet)| packet.is_fragment()) else {
+                return true;
+            };
             let offset = packet.fragment & OFFSET;
             let follows = offset == 0 || self.next == Some((packet.identification, offset));
             if follows {
@@ -39,7 +42,7 @@ pub struct WaitsForEver {
 impl StackHooks for WaitsForEver {
     fn received_frames(&mut self, _: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         frames.retain(|frame| {
-            let Some((_, packet)) = packet(frame) else { return true };
+            let Some((_, packet)) = Ipv4::of_frame(frame) else { return true };
             if is_fragment(frame) {
                 self.first |= packet.fragment & OFFSET == 0;
                 self.last |= packet.fragment & MORE_FRAGMENTS == 0;

@@ -8,7 +8,7 @@ use core::time::Duration;
 use device_stack::profinet::{StackCheck, StackHooks, StackView, StationData, StationLoad};
 use station::Time;
 use wire::datagram::Ipv4;
-use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::ethernet::Mac;
 use wire::http;
 use wire::profinet::dcp::{BlockError, BlockQualifier, Dcp, DcpBlock, DcpValue, Element, ServiceId, ServiceType};
 
@@ -169,7 +169,7 @@ impl StackHooks for PagesStay {
 
 /// Whether a frame is addressed to the web server.
 fn is_for_pages(frame: &[u8]) -> bool {
-    let Ok((header, payload)) = FrameHeader::parse(frame) else { return false };
-    let Some(packet) = Ipv4::parse(payload).ok().filter(|_| header.ether_type == EtherType::IPV4) else { return false };
-    packet.protocol == Ipv4::TCP && packet.payload.get(2..4) == Some(&http::PORT.to_be_bytes())
+    Ipv4::of_frame(frame).is_some_and(|(_, packet)| {
+        packet.protocol == Ipv4::TCP && packet.payload.get(2..4) == Some(&http::PORT.to_be_bytes())
+    })
 }

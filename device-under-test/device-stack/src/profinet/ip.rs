@@ -7,6 +7,7 @@ use super::reassembly::FragmentReassembler;
 use super::snmp;
 use super::web::{HttpServer, PageHandler};
 use crate::profinet::StationData;
+use alloc::borrow::Cow;
 use alloc::collections::VecDeque;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -128,7 +129,7 @@ impl IpStack {
                 Some(packet) => packet,
                 None => return,
             },
-            _ => payload.to_vec(),
+            _ => Cow::Borrowed(payload),
         };
         let mut frame = Vec::with_capacity(FrameHeader::UNTAGGED_LENGTH + payload.len());
         FrameHeader { tag: None, inner_tag: None, ..*header }.write(&mut frame);

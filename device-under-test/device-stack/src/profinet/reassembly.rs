@@ -2,6 +2,7 @@
 //!
 //! The IP stack behind this module takes whole packets only.
 
+use alloc::borrow::Cow;
 use alloc::vec::Vec;
 use station::{Duration, Time};
 
@@ -61,12 +62,12 @@ impl FragmentReassembler {
     const TIMEOUT: Duration = Duration::from_secs(60);
 
     /// Takes the payload of an IPv4 frame. Returns a whole packet at once, and the packet that a fragment completes.
-    pub(super) fn take(&mut self, now: Time, packet: &[u8]) -> Option<Vec<u8>> {
+    pub(super) fn take<'p>(&mut self, now: Time, packet: &'p [u8]) -> Option<Cow<'p, [u8]>> {
         self.packets.retain(|partial| partial.until > now);
         let header: [u8; HEADER] = *packet.first_chunk()?;
         let fragment = u16::from_be_bytes([header[6], header[7]]);
         if fragment & (MORE_FRAGMENTS | OFFSET) == 0 {
-            return Some(packet.to_vec());
+            return Some(Cow::Borrowed(packet));
         }
         let header_length = usize::from(header[0] & 0x0F) * 4;
         let total = usize::from(u16::from_be_bytes([header[2], header[3]]));
@@ -95,7 +96,7 @@ impl FragmentReassembler {
         let payload = partial.payload()?;
         let header = partial.header;
         self.packets.remove(at);
-        Some(packet_with(header, 0, &payload))
+        Some(Cow::Owned(packet_with(header, 0, &payload)))
     }
 }
 
@@ -141,7 +142,7 @@ mod tests {
         for [one, other] in [[&first, &second], [&second, &first]] {
             let mut of = FragmentReassembler::default();
             assert_eq!(of.take(Time::ZERO, one), None);
-            assert_eq!(of.take(Time::ZERO, other), Some(whole.clone()));
+            assert_eq!(of.take(Time::ZERO, other).as_deref(), Some(&whole[..]));
             assert!(of.packets.is_empty());
         }
     }

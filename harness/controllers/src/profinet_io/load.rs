@@ -2,6 +2,7 @@
 
 use super::context::ControllerContext;
 use super::jobs::ControllerJob;
+use crate::words::words;
 use alloc::vec::Vec;
 use core::net::{Ipv4Addr, SocketAddrV4};
 use core::time::Duration;
@@ -20,19 +21,22 @@ const EXPERIMENTAL: EtherType = EtherType(0x88B5);
 const BROADCAST: Mac = Mac([0xFF; 6]);
 const MULTICAST_OCTETS: usize = 200;
 
-/// The frames of a load.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum LoadKind {
-    /// ARP requests for an address that the device does not have.
-    ArpBroadcast,
-    /// DCP Identify for a name that the device does not have.
-    DcpIdentify,
-    /// Frames to a multicast address that the device does not have.
-    Multicast,
-    /// UDP datagrams to all stations.
-    IpBroadcast,
-    /// DCP frames to all stations that end before their blocks.
-    Malformed,
+words! {
+    /// The frames of a load.
+    pub enum LoadKind {
+        ArpBroadcast "arp_broadcast" "ARP requests for an address that the device does not have.",
+        DcpIdentify "dcp_identify" "DCP Identify for a name that the device does not have.",
+        Multicast "multicast" "Frames to a multicast address that the device does not have.",
+        IpBroadcast "ip_broadcast" "UDP datagrams to all stations.",
+        Malformed "malformed" "DCP frames to all stations that end before their blocks.",
+    }
+}
+
+impl LoadKind {
+    /// The frames with this word.
+    pub fn by_word(word: &str) -> Option<LoadKind> {
+        LoadKind::TABLE.iter().find(|entry| entry.1 == word).map(|entry| entry.0)
+    }
 }
 
 /// A load: frames of one kind.

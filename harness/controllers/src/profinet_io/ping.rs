@@ -8,12 +8,9 @@ use core::net::{Ipv4Addr, SocketAddrV4};
 use core::time::Duration;
 use station::{Outbox, Time};
 use wire::datagram::fragments::{FragmentCollector, LONGEST_FRAGMENT, OutgoingPacket, udp};
-use wire::datagram::icmp::{self, IcmpEcho};
+use wire::datagram::icmp::IcmpEcho;
 use wire::datagram::{Ipv4, arp::Arp};
 use wire::ethernet::Mac;
-
-/// How long the reply to an echo request is awaited; the request is sent once.
-const REPLY_WAIT: Duration = Duration::from_secs(1);
 
 /// How a packet is sent in IP fragments.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -87,17 +84,17 @@ pub(super) struct PingJob {
 }
 
 impl PingJob {
-    /// How long it waits.
-    pub(super) const WAIT: Duration = REPLY_WAIT;
+    /// How long the reply is awaited; the request is sent once.
+    pub(super) const WAIT: Duration = Duration::from_secs(1);
 
     /// When it gives up.
     pub(super) fn until(&self) -> Time {
-        self.since + REPLY_WAIT
+        self.since + PingJob::WAIT
     }
 
     /// The reply that a packet from `source` completes, if it does.
     pub(super) fn reply(&mut self, source: Mac, packet: &Ipv4<'_>) -> Option<PingReply> {
-        if source != self.device || packet.protocol != icmp::PROTOCOL {
+        if source != self.device || packet.protocol != Ipv4::ICMP {
             return None;
         }
         let echo = IcmpEcho::parse(&self.collector.add(packet)?).ok()?;
@@ -132,7 +129,7 @@ pub(super) fn ping(
     let packet = OutgoingPacket {
         source: (own.mac, own.ip),
         destination: (partner.mac, ping.ip.unwrap_or(partner.ip)),
-        protocol: icmp::PROTOCOL,
+        protocol: Ipv4::ICMP,
         identification: number as u16 | 1,
         payload: &payload,
     };

@@ -8,7 +8,6 @@ use engine::DutSpec;
 use explore::SequenceStep;
 use explore::bench::{CannotExplore, ExploreBench};
 use explore::campaign::{Campaign, CampaignOptions, CampaignResult, Finding};
-use explore::difference::LogDifferenceKind;
 use explore::learn::LearnedReference;
 use plain_text::count;
 use report::ExitStatus;
@@ -98,18 +97,16 @@ pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
     };
     let ExploredDevice { spec, sources, has_reference } = &device;
     let manual = match spec.live() {
-        Some(live) => Some(live.manual()),
-        None => manuals.iter().find(|of| of.device.name == spec.manual),
+        Some(live) => live.manual(),
+        None => {
+            let manual = manuals.iter().find(|of| of.device.name == spec.manual);
+            let manual = manual.ok_or_else(|| CommandError::usage(format!("there is no suite for {}", spec.manual)))?;
+            check_deviations(spec, manual)?;
+            manual
+        }
     };
-    let manual = manual.ok_or_else(|| CommandError::usage(format!("there is no suite for {}", spec.manual)))?;
-    if spec.live().is_none() {
-        check_deviations(spec, manual)?;
-    }
     link::interrupt::watch();
-    let mut bench = ExploreBench::new(sources, manual, &spec.variant).map_err(stop)?.until(link::interrupt::requested);
-    if let Some(live) = spec.live() {
-        bench = bench.described(live.manual().device.clone());
-    }
+    let bench = ExploreBench::new(sources, manual, &spec.variant).map_err(stop)?.until(link::interrupt::requested);
     let reference = has_reference.then(|| LearnedReference::new(spec)).transpose().map_err(stop)?;
     check_folders(&args.report)?;
     let files = open_all(&args.report)?;
@@ -142,7 +139,7 @@ pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
     if !uses_standard_output(&args.report) {
         show(&text(args, spec, manual, &result, *has_reference));
     }
-    let is_done = !result.interrupted && result.spoilt < result.sequences;
+    let is_done = !result.interrupted && result.says_something();
     Ok(if is_done && result.findings.is_empty() { ExitStatus::Green } else { ExitStatus::Red })
 }
 
@@ -191,11 +188,9 @@ fn check_deviations(spec: &DutSpec, manual: &Manual) -> Result<(), CommandError>
 fn repeat(args: &ExploreArgs, spec: &DutSpec, finding: &Finding) -> String {
     let option =
         |name: &str, values: Vec<String>| values.iter().map(|value| format!(" --{name} {value}")).collect::<String>();
-    let dut = spec.to_string();
-    let dut = if dut.contains(char::is_whitespace) { format!("'{dut}'") } else { dut };
     format!(
-        "encspec explore --dut {dut}{}{}{}{} --seed {} --sequences {}",
-        option("device", args.device.iter().cloned().collect()),
+        "encspec explore {}{}{}{} --seed {} --sequences {}",
+        spec.option(),
         option("bug", spec.bugs()),
         option("vary", args.vary.clone()),
         option("focus", args.focus.clone()),
@@ -234,9 +229,10 @@ fn case_result(
         }
         return Ok(result);
     }
-    let what = match finding.kind {
-        LogDifferenceKind::Rule | LogDifferenceKind::Protocol => finding.device.clone(),
-        _ => format!("{}: the reference device {}, this device {}.", finding.name, finding.reference, finding.device),
+    let what = if finding.kind.is_error() {
+        finding.device.clone()
+    } else {
+        format!("{}: the reference device {}, this device {}.", finding.name, finding.reference, finding.device)
     };
     let at = Location { file: std::sync::Arc::new(PathBuf::new()), line: 1, column: 1 };
     let failure = CaseFailure {
@@ -318,7 +314,7 @@ fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignRe
     if never.len() > MOST_LISTED {
         let _ = writeln!(out, "    and {} more", never.len() - MOST_LISTED);
     }
-    if result.findings.is_empty() && result.spoilt < result.sequences {
+    if result.findings.is_empty() && result.says_something() {
         let same = "no difference from the reference device";
         let said = if has_reference { same } else { "no rule breaks, and there is no error of the protocol" };
         let _ = writeln!(out, "  {said}");
@@ -331,8 +327,7 @@ fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignRe
 
 fn finding_text(out: &mut String, args: &ExploreArgs, spec: &DutSpec, finding: &Finding, number: usize) {
     let _ = writeln!(out, "\n{number}. {} ({})", finding.name, finding.kind.word());
-    // What is wrong whatever the device is needs no reference device.
-    if !matches!(finding.kind, LogDifferenceKind::Rule | LogDifferenceKind::Protocol) {
+    if !finding.kind.is_error() {
         let _ = writeln!(out, "   reference device: {}", finding.reference);
     }
     let _ = writeln!(out, "   this device:      {}", finding.device);

@@ -4,10 +4,10 @@
 use crate::common::program::{self, ProgramOutput};
 use crate::common::served::private_network;
 use crate::table;
-use deviations::{ReferenceDevice, Setup, subject};
+use deviations::{Setup, subject};
 use libtest_mimic::Trial;
 use link::{FrameSocket, Nic, Port, SocketAddress, Wire};
-use station::{Duration, Outbox, Station, Time};
+use station::Duration;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -51,26 +51,10 @@ pub fn trials() -> Vec<Trial> {
         rpc_late("rpc-late", Socket, RED, "the answer to Connect did not come"),
         rpc_flood("rpc-flood", Veth, RED, "a datagram went to a group of stations"),
         rpc_length("rpc-length", Socket, RED, "the answer to Connect did not come"),
+        rpc_fragments("rpc-fragments", Socket, RED, "the answer to Connect did not come"),
         cyclic_zeros("cyclic-zeros", Socket, RED, "the next cyclic frame did not come"),
         cyclic_cut("cyclic-cut", Veth, RED, "the next cyclic frame did not come"),
     ]
-}
-
-/// The reference device inside of a hostile one.
-struct InnerDevice(Box<dyn ReferenceDevice>);
-
-impl Station for InnerDevice {
-    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
-        self.0.receive(now, frame, out);
-    }
-
-    fn wake(&mut self, now: Time, out: &mut Outbox) {
-        self.0.wake(now, out);
-    }
-
-    fn deadline(&self) -> Option<Time> {
-        self.0.deadline()
-    }
 }
 
 /// Runs the hostile device at `port` until `is_over`.
@@ -78,7 +62,7 @@ fn serve(how: &'static HostileDevice, port: Box<dyn Port>, is_over: &AtomicBool)
     let of = subject(MANUAL).expect("a reference device");
     let mac = of.manual.mac([2, 0, 0, 0, 1, 0]);
     let setup = Setup { mac, shaft: 4097, station_name: "encoder", ..Setup::default() };
-    let device = InnerDevice(of.build(VARIANT, &setup).expect("a variant"));
+    let device = of.build(VARIANT, &setup).expect("a variant");
     let mut device = SpoiltDevice::new(device, how);
     let mut wire = Wire::new(port);
     while !is_over.load(Ordering::Relaxed) {

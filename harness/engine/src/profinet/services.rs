@@ -20,7 +20,7 @@ use suite::model::{
     AcyclicService, AnswerMatcher, AnswerPart, IdentifyTarget, IpFragments, PingService, RecordPlace, RpcService,
     SnmpService, SoughtStation,
 };
-use wire::datagram::{Datagram, Ipv4, icmp};
+use wire::datagram::{Datagram, Ipv4};
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::octets::ByteOrder;
 use wire::profinet::dcp::{BlockError, Dcp, DcpValue, ServiceId, ServiceType};
@@ -91,7 +91,12 @@ impl<'a> RunningTrial<'a> {
                 ControllerRequest::RawCall { partner, call: call_of(rpc, object) }
             }
             AcyclicService::Load { kind, count, gap } => {
-                ControllerRequest::Load(NetLoad { kind: load_kind(kind), count: *count, gap: *gap })
+                let unknown = || {
+                    let what = format!("There are no frames `{kind}` for a net load.");
+                    StepError::other(FailureCause::Suite, Verdict::Error, what)
+                };
+                let kind = LoadKind::by_word(kind).ok_or_else(unknown)?;
+                ControllerRequest::Load(NetLoad { kind, count: *count, gap: *gap })
             }
             AcyclicService::Ping(ping) => {
                 let ip = match ping.ip.as_ref().map(|ip| ip.eval(&self.world.view(), &HistoryState::default())) {
@@ -322,17 +327,6 @@ fn statuses(outcomes: &[IoRecordOutcome]) -> Vec<u8> {
     outcomes.iter().filter_map(status).flatten().collect()
 }
 
-/// The frames that a word stands for.
-fn load_kind(word: &str) -> LoadKind {
-    match word {
-        "arp_broadcast" => LoadKind::ArpBroadcast,
-        "dcp_identify" => LoadKind::DcpIdentify,
-        "multicast" => LoadKind::Multicast,
-        "ip_broadcast" => LoadKind::IpBroadcast,
-        _ => LoadKind::Malformed,
-    }
-}
-
 /// Whether a frame is a DCP frame to all stations, which no right one is.
 fn is_dcp_broadcast(frame: &[u8]) -> bool {
     FrameHeader::parse(frame)
@@ -359,9 +353,7 @@ fn fragments_of(fragments: &IpFragments) -> FragmentedSending {
 
 /// Whether a frame is an IPv4 packet with a wrong checksum inside, or a fragment.
 fn is_of_broken_packet(frame: &[u8]) -> bool {
-    let Ok((header, payload)) = FrameHeader::parse(frame) else { return false };
-    header.ether_type == EtherType::IPV4
-        && Ipv4::parse(payload).is_ok_and(|packet| packet.is_fragment() || packet.protocol == icmp::PROTOCOL)
+    Ipv4::of_frame(frame).is_some_and(|(_, packet)| packet.is_fragment() || packet.protocol == Ipv4::ICMP)
 }
 
 /// Whether a frame has a datagram to an SNMP agent.

@@ -242,9 +242,7 @@ fn datagram(octets: &[u8]) -> String {
 
 /// Formats a TCP packet: addresses, flags and the first line of its data.
 fn segment(octets: &[u8]) -> Option<String> {
-    let (header, packet) = FrameHeader::parse(octets).ok()?;
-    let packet =
-        Ipv4::parse(packet).ok().filter(|of| header.ether_type == EtherType::IPV4 && of.protocol == Ipv4::TCP)?;
+    let (_, packet) = Ipv4::of_frame(octets).filter(|(_, packet)| packet.protocol == Ipv4::TCP)?;
     let (head, _) = packet.payload.split_first_chunk::<20>()?;
     let port = |at: usize| u16::from_be_bytes([head[at], head[at + 1]]);
     let flags = [(0x02, " SYN"), (0x01, " FIN"), (0x04, " RST")];

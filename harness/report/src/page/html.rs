@@ -1,6 +1,7 @@
 //! A page as one HTML file.
 
 use super::{Chapter, HtmlPage, PageEntry, PagePacket, PageTable, Tone};
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use plain_text::steers;
@@ -60,21 +61,7 @@ fn packed(text: &str) -> String {
     let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
     // A vector takes everything.
     let octets = encoder.write_all(text.as_bytes()).and_then(|()| encoder.finish()).unwrap_or_default();
-    base64(&octets)
-}
-
-/// Base64 with padding (RFC 4648, 4).
-fn base64(octets: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut out = String::with_capacity(octets.len().div_ceil(3) * 4);
-    for three in octets.chunks(3) {
-        let number = (0..3).fold(0_usize, |sum, at| sum << 8 | usize::from(three.get(at).copied().unwrap_or_default()));
-        for at in 0..4 {
-            let letter = LETTERS[number >> (18 - 6 * at) & 63];
-            out.push(if at > three.len() { '=' } else { char::from(letter) });
-        }
-    }
-    out
+    BASE64_STANDARD.encode(octets)
 }
 
 /// Text for HTML, including attributes; characters that could control a terminal are escaped as well.

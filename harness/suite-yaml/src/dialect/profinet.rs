@@ -1,8 +1,9 @@
 //! Names, settings and services that only PROFINET has, or that mean something else there.
 
-use super::super::keys::{Shape, WordChoices};
+use super::super::keys::{Shape, TableWords, WordChoices};
 use super::super::request_keys::SOUGHT;
 use super::{Sentences, ServiceEntry};
+use controllers::profinet_io::LoadKind;
 use wire::profinet::rpc::Uuid;
 use wire::snmp::{SnmpPduKind, SnmpVersion};
 
@@ -197,13 +198,8 @@ key_set! {
 }
 
 /// The frames of a net load.
-pub(in super::super) static LOADS: WordChoices<&str> = WordChoices(&[
-    ("arp_broadcast", "arp_broadcast"),
-    ("dcp_identify", "dcp_identify"),
-    ("multicast", "multicast"),
-    ("ip_broadcast", "ip_broadcast"),
-    ("malformed", "malformed"),
-]);
+pub(in super::super) static LOADS: TableWords =
+    TableWords(|| LoadKind::TABLE.iter().map(|(_, word, _)| *word).collect());
 
 key_set! {
     pub(crate) load "load" {

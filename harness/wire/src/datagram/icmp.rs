@@ -5,9 +5,6 @@ use crate::error::Result;
 use crate::octets::ByteReader;
 use alloc::vec::Vec;
 
-/// The protocol number of ICMP.
-pub const PROTOCOL: u8 = 1;
-
 const REQUEST: u8 = 8;
 const REPLY: u8 = 0;
 

@@ -6,9 +6,9 @@ use crate::tables::Group;
 use alloc::vec;
 use core::time::Duration;
 use reference_devices::manuals::PROFINET_IO;
+use wire::datagram::Ipv4;
 use wire::datagram::fragments::checksum;
-use wire::datagram::{Ipv4, icmp};
-use wire::ethernet::{EtherType, FrameHeader};
+use wire::ethernet::FrameHeader;
 
 /// The variations, by what they need.
 pub static GROUPS: &[Group] = &[
@@ -40,24 +40,16 @@ pub static GROUPS: &[Group] = &[
 ];
 
 fn is_icmp(frame: &[u8]) -> bool {
-    FrameHeader::parse(frame).is_ok_and(|(header, payload)| {
-        header.ether_type == EtherType::IPV4
-            && Ipv4::parse(payload).is_ok_and(|packet| packet.protocol == icmp::PROTOCOL)
-    })
+    Ipv4::of_frame(frame).is_some_and(|(_, packet)| packet.protocol == Ipv4::ICMP)
 }
 
 /// Gives a whole packet a number, the flag against fragments and another time to live.
 fn with_ip_header(frame: &mut [u8], number: u16) {
-    let Some(length) = FrameHeader::parse(frame)
-        .ok()
-        .filter(|(header, payload)| {
-            header.ether_type == EtherType::IPV4 && Ipv4::parse(payload).is_ok_and(|packet| !packet.is_fragment())
-        })
-        .map(|(_, payload)| payload.len())
-    else {
+    if Ipv4::of_frame(frame).is_none_or(|(_, packet)| packet.is_fragment()) {
         return;
-    };
-    let start = frame.len() - length;
+    }
+    let Ok((_, payload)) = FrameHeader::parse(frame) else { return };
+    let start = frame.len() - payload.len();
     let header_length = usize::from(frame[start] & 0x0F) * 4;
     let header = &mut frame[start..start + header_length];
     header[4..6].copy_from_slice(&number.to_be_bytes());

@@ -58,8 +58,8 @@ impl FieldList {
 
     fn flags(&mut self, name: &str, octet: u8) {
         self.number(name, octet);
-        let bits = fields().into_iter().find(|field| field.name == name).map(|field| field.words).unwrap_or_default();
-        for (bit, word, _) in bits {
+        let field = fields().iter().find(|field| field.name == name);
+        for (bit, word, _) in field.into_iter().flat_map(|field| &field.words) {
             self.number(&format!("{name}.{word}"), u32::from(u32::from(octet) & bit != 0));
         }
     }

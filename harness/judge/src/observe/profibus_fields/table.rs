@@ -1,5 +1,6 @@
 //! The fields of PROFIBUS frames: names, formats and words. `encspec dissect --fields` and the dissector for Wireshark share them.
 
+use std::sync::LazyLock;
 use wire::profibus::diag::{ChannelType, DpAlarmType, ErrorType, Status1, Status2, Status3, StatusType};
 use wire::profibus::dpv1::{Dpv1AbortReason, Dpv1ErrorDecode, Dpv1Function, RecordError, Subnet};
 use wire::profibus::fdl::{AnswerFunction, RequestFunction, StartDelimiter, StationType};
@@ -57,7 +58,12 @@ const STATUS_3: [(u32, &str, &str); 3] = [
 ];
 
 /// All fields.
-pub fn fields() -> Vec<DpField> {
+pub fn fields() -> &'static [DpField] {
+    static FIELDS: LazyLock<Vec<DpField>> = LazyLock::new(table);
+    &FIELDS
+}
+
+fn table() -> Vec<DpField> {
     use DpFieldKind::{Decimal, Flags, Hexadecimal, Octets, Text};
     let plain = |name, title, kind| DpField { name, title, kind, words: Vec::new() };
     let coded = |name, title, kind, words| DpField { name, title, kind, words };

@@ -5,40 +5,28 @@ use encoder_profile::encoder_object::EncoderSpecimen;
 use reference_devices::deviations::DeviceDeviations;
 use reference_devices::manuals::DATALOGIC_AMT58;
 use reference_devices::{Line, ReferenceDevice};
-use station::{Outbox, StandAction, Station, Time};
+use station::StandAction;
 use std::boxed::Box;
 use std::vec::Vec;
 use wire::profibus::fdl::BaudRate;
 
-/// A reference device of any model as a station.
-pub struct ReferenceStation(pub Box<dyn ReferenceDevice>);
-
-impl Station for ReferenceStation {
-    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
-        self.0.receive(now, frame, out);
-    }
-    fn wake(&mut self, now: Time, out: &mut Outbox) {
-        self.0.wake(now, out);
-    }
-    fn deadline(&self) -> Option<Time> {
-        self.0.deadline()
-    }
-}
+/// An AMT58 and its master.
+pub type AmtBench = SlaveBench<Box<dyn ReferenceDevice>>;
 
 pub const HS: &str = "hs5818";
 pub const HM: &str = "hm5816-16384";
 
 /// A bench with an encoder at address 5 that has these deviations, or none.
-pub fn bench_with(variant: &str, shaft: u64, deviations: Option<&DeviceDeviations>) -> SlaveBench<ReferenceStation> {
+pub fn bench_with(variant: &str, shaft: u64, deviations: Option<&DeviceDeviations>) -> AmtBench {
     let line = Line { address: 5, baud: BaudRate(1_500_000) };
     let plain = DeviceDeviations::default();
     let piece = EncoderSpecimen { shaft, ..EncoderSpecimen::default() };
     let device = DATALOGIC_AMT58.build(variant, deviations.unwrap_or(&plain), piece, line);
-    SlaveBench::new(ReferenceStation(device.expect("the variant is known")), 5)
+    SlaveBench::new(device.expect("the variant is known"), 5)
 }
 
-pub fn act(bench: &mut SlaveBench<ReferenceStation>, action: StandAction<'_>) {
-    let done = bench.device.0.act(bench.now, &action).expect("the stand supports the action");
+pub fn act(bench: &mut AmtBench, action: StandAction<'_>) {
+    let done = bench.device.act(bench.now, &action).expect("the stand supports the action");
     bench.wait(done.since(bench.now));
 }
 

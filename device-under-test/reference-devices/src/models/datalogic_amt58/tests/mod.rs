@@ -5,8 +5,8 @@ mod bench;
 #[allow(dead_code, reason = "the tests of the slave use the rest")]
 mod slave;
 
-use self::bench::{HM, HS, ReferenceStation, act, bench_with, parameters};
-use self::slave::{ObservedAnswer, RS, SlaveBench};
+use self::bench::{AmtBench, HM, HS, act, bench_with, parameters};
+use self::slave::{ObservedAnswer, RS};
 use core::time::Duration;
 use rstest::rstest;
 use station::StandAction;
@@ -14,15 +14,15 @@ use std::vec::Vec;
 
 const NOTHING: [u8; 4] = [0; 4];
 
-fn bench(variant: &str, shaft: u64) -> SlaveBench<ReferenceStation> {
+fn bench(variant: &str, shaft: u64) -> AmtBench {
     bench_with(variant, shaft, None)
 }
 
-fn start(bench: &mut SlaveBench<ReferenceStation>, operating: u8, units: u32, range: u32) {
+fn start(bench: &mut AmtBench, operating: u8, units: u32, range: u32) {
     start_with(bench, &parameters(operating, units, range, 0));
 }
 
-fn start_with(bench: &mut SlaveBench<ReferenceStation>, parameters: &[u8]) {
+fn start_with(bench: &mut AmtBench, parameters: &[u8]) {
     assert_eq!(bench.set_prm(parameters), ObservedAnswer::Taken);
     let cfg = if parameters[10] & 0x82 == 0x82 { [0xD3, 0xE1] } else { [0xD1, 0xE1] };
     assert_eq!(bench.chk_cfg(&cfg), ObservedAnswer::Taken);
@@ -79,8 +79,8 @@ fn red_zone_of_positions_and_led(#[case] place: u64, #[case] position: u32, #[ca
     let mut bench = bench(HM, place);
     start(&mut bench, 0x0A, 50_000, 400_000_000);
     assert_eq!(bench.exchange(&NOTHING), position.to_be_bytes());
-    assert_eq!(bench.device.0.led(bench.now, "power"), Some(green));
-    assert_eq!(bench.device.0.led(bench.now, "fault"), Some("dark"));
+    assert_eq!(bench.device.led(bench.now, "power"), Some(green));
+    assert_eq!(bench.device.led(bench.now, "fault"), Some("dark"));
 }
 
 /// Manual, 6.4.2 and 6.4.3: too large values are limited to the hardware, impossible ones are refused.
@@ -96,8 +96,7 @@ fn red_zone_of_positions_and_led(#[case] place: u64, #[case] position: u32, #[ca
 fn scaling_limits(#[case] variant: &str, #[case] units: u32, #[case] range: u32, #[case] programmed: Option<[u8; 8]>) {
     let mut bench = bench(variant, 0);
     bench.set_prm(&parameters(0x4A, units, range, 0));
-    let leds =
-        |bench: &mut SlaveBench<ReferenceStation>| ["fault", "power"].map(|led| bench.device.0.led(bench.now, led));
+    let leds = |bench: &mut AmtBench| ["fault", "power"].map(|led| bench.device.led(bench.now, led));
     match programmed {
         Some(programmed) => assert_eq!(bench.diagnosis()[39..47], programmed),
         None => {
@@ -177,7 +176,7 @@ fn address_by_switches_and_by_set_slave_address() {
     let mut bench = bench(HM, 0);
     act(&mut bench, StandAction::Switch("address", 126));
     assert_eq!(bench.ask(Some((55, 62)), &[9, 0x16, 0x55, 0]), RS);
-    let cycle = |bench: &mut SlaveBench<ReferenceStation>, slave: u8| {
+    let cycle = |bench: &mut AmtBench, slave: u8| {
         act(bench, StandAction::Power(false));
         act(bench, StandAction::Power(true));
         bench.wait(Duration::from_secs(1));
@@ -199,8 +198,8 @@ fn address_by_switches_and_by_set_slave_address() {
 #[test]
 fn leds_of_each_event() {
     let mut bench = bench(HM, 0);
-    let leds = |bench: &mut SlaveBench<ReferenceStation>| {
-        ["fault", "power"].map(|led| bench.device.0.led(bench.now, led).expect("the encoder has both LEDs"))
+    let leds = |bench: &mut AmtBench| {
+        ["fault", "power"].map(|led| bench.device.led(bench.now, led).expect("the encoder has both LEDs"))
     };
     assert_eq!(leds(&mut bench), ["red_flashing", "green"]);
     start(&mut bench, 0, 0, 0);
