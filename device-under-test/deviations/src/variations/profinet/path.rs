@@ -6,6 +6,11 @@ use crate::seams::late::FrameTopic;
 use crate::tables::Group;
 use wire::ethernet::{EtherType, FrameHeader};
 
+/// What some adapters hand over behind a frame.
+const TRAILER: [u8; 4] = [0xDE, 0xAD, 0xBE, 0xEF];
+/// The bytes of the longest frame without check sequence: IEEE 802.3, 3.2.7.
+const LONGEST: usize = 1514;
+
 /// The variations, by what they need.
 pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Profinet],
@@ -16,8 +21,9 @@ pub static GROUPS: &[Group] = &[Group {
         "trailer-of-four-bytes" "Each frame has four more bytes after its contents, as with an adapter that passes on the checksum."
             "IEEE 802.3: what follows the length of the contents is ignored"
             => |d| d.stack.on_the_way(|frame| {
-                if !frame.is_empty() {
-                    frame.extend([0xDE, 0xAD, 0xBE, 0xEF]);
+                // No switch forwards a frame that is longer than the longest.
+                if !frame.is_empty() && frame.len() + TRAILER.len() <= LONGEST {
+                    frame.extend(TRAILER);
                 }
             });
         "padding-not-zero" "The padding of short frames has other bytes than 0."
