@@ -25,15 +25,15 @@ fn words(octets: &[u8]) -> String {
 #[case("short_acknowledgement", &["short acknowledgement"])]
 #[case("fdl_status_request", &["2 -> 8 fdl_status request (fdl_status)"])]
 #[case("fdl_status_answer", &["8 -> 2 answer (ok, slave)"])]
-#[case("segments", &["2 -> 8 slave_diag request (srd_low) to segment 5 from segment 63"])]
-#[case("slave_diag_request_first", &["2 -> 8 slave_diag request (srd_high, first count)"])]
+#[case("segments", &["2 -> 8 slave_diag request (srd_low) to segment 5 SAP 60 from segment 63"])]
+#[case("slave_diag_request_first", &["2 -> 8 slave_diag request (srd_high, first count) to SAP 60 from SAP 62"])]
 #[case("set_prm_plain", &[
-    "2 -> 8 set_prm request (srd_high, count 0)",
+    "2 -> 8 set_prm request (srd_high, count 0) to SAP 61 from SAP 62",
     "wd_on freeze_req sync_req lock_req",
     "watchdog 1000 ms, min TSDR 11 bits, ident 0x1655, groups 1 8",
 ])]
 #[case("set_prm_dpv1", &[
-    "2 -> 8 set_prm request (srd_high, count 1)",
+    "2 -> 8 set_prm request (srd_high, count 1) to SAP 61 from SAP 62",
     "wd_on freeze_req sync_req lock_req",
     "watchdog 100 ms, min TSDR 11 bits, ident 0x1655, groups 1 8",
     "wd_base_1ms fail_safe dpv1_enable",
@@ -43,7 +43,7 @@ fn words(octets: &[u8]) -> String {
     "  T_BASE_DP 1500 T_DP 8 T_MAPC 1 T_BASE_IO 1500 T_I 1 T_O 2 T_DX 750 T_PLL_W 12 T_PLL_D 0",
 ])]
 #[case("chk_cfg", &[
-    "2 -> 8 chk_cfg request (srd_high, count 0)",
+    "2 -> 8 chk_cfg request (srd_high, count 0) to SAP 62 from SAP 62",
     "4 words of inputs, consistent as a whole",
     "2 bytes of outputs",
     "16 words of outputs; 16 words of inputs",
@@ -54,22 +54,22 @@ fn words(octets: &[u8]) -> String {
     "total 54 bytes of outputs, 116 bytes of inputs",
 ])]
 #[case("slave_diag_answer", &[
-    "8 -> 2 slave_diag answer (data_low, slave)",
+    "8 -> 2 slave_diag answer (data_low, slave) to SAP 62 from SAP 60",
     "station_not_ready prm_fault prm_req fixed_one wd_on ext_diag_overflow",
     "no master, ident 0x1655",
 ])]
 #[case("data_exchange_answer", &["8 -> 2 data_exchange answer (data_low, slave)", "data 00 05 50 00"])]
-#[case("global_control", &["2 -> 127 global_control request (sdn_high)", "freeze sync to groups 1 8"])]
-#[case("global_control_clear", &["2 -> 127 global_control request (sdn_high)", "clear_data to all slaves"])]
+#[case("global_control", &["2 -> 127 global_control request (sdn_high) to SAP 58 from SAP 62", "freeze sync to groups 1 8"])]
+#[case("global_control_clear", &["2 -> 127 global_control request (sdn_high) to SAP 58 from SAP 62", "clear_data to all slaves"])]
 #[case("set_slave_address", &[
-    "2 -> 8 set_slave_address request (srd_low)",
+    "2 -> 8 set_slave_address request (srd_low) to SAP 55 from SAP 62",
     "new address 5, ident 0x1655, further changes allowed",
 ])]
-#[case("set_ext_prm", &["2 -> 8 set_ext_prm request (srd_low)", "user_prm_data slot 0: 01 ff"])]
-#[case("ms1_read", &["2 -> 8 server request (srd_low)", "read slot 0 index 47 length 240"])]
-#[case("ms1_alarm_ack", &["2 -> 8 alarm request (srd_low)", "alarm_ack slot 1 alarm type 1, sequence 1"])]
+#[case("set_ext_prm", &["2 -> 8 set_ext_prm request (srd_low) to SAP 53 from SAP 62", "user_prm_data slot 0: 01 ff"])]
+#[case("ms1_read", &["2 -> 8 server request (srd_low) to SAP 51 from SAP 51", "read slot 0 index 47 length 240"])]
+#[case("ms1_alarm_ack", &["2 -> 8 alarm request (srd_low) to SAP 50 from SAP 51", "alarm_ack slot 1 alarm type 1, sequence 1"])]
 #[case("ms2_initiate", &[
-    "2 -> 8 resource_manager request (srd_low)",
+    "2 -> 8 resource_manager request (srd_low) to SAP 49 from SAP 50",
     "initiate, 1000 ms",
     "features 01 00, profile features 00 00, profile 0x0303, from 00 00 to 00 00",
 ])]
@@ -80,7 +80,7 @@ fn frames_are_described(#[case] name: &str, #[case] expected: &[&str]) {
 
 #[rstest]
 #[case::diagnosis("3E3C 080C0002 1655 814036 4203 06810001 1011 C5", &[
-    "8 -> 2 slave_diag answer (data_low, slave)",
+    "8 -> 2 slave_diag answer (data_low, slave) to SAP 62 from SAP 60",
     "ext_diag fixed_one wd_on",
     "master 2, ident 0x1655",
     "channel 0 of identifier 1: input, bit, error type 22",
@@ -90,7 +90,7 @@ fn frames_are_described(#[case] name: &str, #[case] expected: &[&str]) {
     "revision 5",
 ])]
 #[case::block_length("3E3C 080C0002 1655 814036 00", &[
-    "8 -> 2 slave_diag answer (data_low, slave)",
+    "8 -> 2 slave_diag answer (data_low, slave) to SAP 62 from SAP 60",
     "ext_diag fixed_one wd_on",
     "master 2, ident 0x1655",
     "channel 0 of identifier 1: input, bit, error type 22",
@@ -98,25 +98,25 @@ fn frames_are_described(#[case] name: &str, #[case] expected: &[&str]) {
     "bytes 08 0c 00 02 16 55 81 40 36 00",
 ])]
 #[case::refused("3333 DE80B500", &[
-    "8 -> 2 server answer (data_low, slave)",
+    "8 -> 2 server answer (data_low, slave) to SAP 51 from SAP 51",
     "read_refused: state_conflict (de 80 b5 00)",
 ])]
 #[case::resource_manager("3231 56300064", &[
-    "8 -> 2 resource_manager answer (data_low, slave)",
+    "8 -> 2 resource_manager answer (data_low, slave) to SAP 50 from SAP 49",
     "resource_manager: use SAP 48, 1000 ms",
 ])]
 #[case::connection("3230 5E002F0401020304", &[
-    "8 -> 2 ms2 by SAP 48 answer (data_low, slave)",
+    "8 -> 2 ms2 by SAP 48 answer (data_low, slave) to SAP 50 from SAP 48",
     "read slot 0 index 47 length 4",
     "record 01 02 03 04",
 ])]
 #[case::record_cut("3230 5E002F0801020304", &[
-    "8 -> 2 ms2 by SAP 48 answer (data_low, slave)",
+    "8 -> 2 ms2 by SAP 48 answer (data_low, slave) to SAP 50 from SAP 48",
     "damaged: DP-V1: byte 13: expected 8 bytes, 4 left",
     "bytes 5e 00 2f 08 01 02 03 04",
 ])]
 #[case::abort("3230 580113", &[
-    "8 -> 2 ms2 by SAP 48 answer (data_low, slave)",
+    "8 -> 2 ms2 by SAP 48 answer (data_low, slave) to SAP 50 from SAP 48",
     "abort: timeout, subnet local",
 ])]
 fn answers_are_described(#[case] rest: &str, #[case] expected: &[&str]) {
@@ -189,7 +189,7 @@ fn a_capture_is_dissected_and_replayed() {
     let lines: Vec<_> = out.lines().collect();
     assert_eq!(lines.len(), 5, "{out}");
     assert!(
-        lines[0].starts_with("     1 ") && lines[0].ends_with(" 2 -> 127 global_control request (sdn_high)"),
+        lines[0].starts_with("     1 ") && lines[0].ends_with(" 2 -> 127 global_control request (sdn_high) to SAP 58 from SAP 62"),
         "{out}"
     );
     assert_eq!(lines[1], "           freeze sync to groups 1 8");

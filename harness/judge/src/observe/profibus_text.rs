@@ -84,9 +84,12 @@ impl ProfibusWords {
                 write!(line, "answer ({}, {})", known(function.word(), function.0), known(station.word(), station.0));
         }
         let segments = [(frame.destination, "to"), (frame.source, "from")];
-        for (Extension { segment, .. }, word) in segments {
-            if let Some(segment) = segment {
-                let _ = write!(line, " {word} segment {segment}");
+        for (Extension { segment, sap }, word) in segments {
+            let parts = [("segment", segment), ("SAP", sap)];
+            let shown = parts.into_iter().filter_map(|(name, number)| Some(format!("{name} {}", number?)));
+            let shown = shown.collect::<Vec<_>>().join(" ");
+            if !shown.is_empty() {
+                let _ = write!(line, " {word} {shown}");
             }
         }
         lines.say(line);
