@@ -77,6 +77,12 @@ pub trait Segment {
         Duration::ZERO
     }
 
+    /// How long programs of this host waited for a processor since the trial began, if the device is one of them and may have been late
+    /// for it.
+    fn shortage(&self) -> Option<Duration> {
+        None
+    }
+
     /// Whether a request was given up without an answer that may still arrive (PROFIBUS on a live line).
     fn lacks_answer(&self) -> bool {
         false

@@ -207,6 +207,16 @@ impl Port for Nic {
         )
     }
 
+    /// As the kernel describes the interface below `/sys`: one end of a veth pair, or a TUN/TAP device.
+    fn ends_on_this_host(&self) -> bool {
+        let folder = std::path::Path::new("/sys/class/net").join(&self.name);
+        let read = |file: &str| std::fs::read_to_string(folder.join(file)).ok();
+        let is_pair = || read("iflink").is_some_and(|peer| read("ifindex").is_some_and(|own| own != peer));
+        // A VLAN or the like, which is on another interface, says its type.
+        let is_typed = || read("uevent").is_none_or(|text| text.contains("DEVTYPE="));
+        read("tun_flags").is_some() || is_pair() && !is_typed()
+    }
+
     fn lost(&mut self) -> u64 {
         self.lost += packet::dropped(self.socket.as_fd());
         self.lost

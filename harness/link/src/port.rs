@@ -31,6 +31,11 @@ pub trait Port: Send {
         true
     }
 
+    /// Whether what is at the other end runs on this host too: a program, or a virtual machine.
+    fn ends_on_this_host(&self) -> bool {
+        false
+    }
+
     /// The number of frames lost at this end since the port was opened, because a receive or transmit buffer was full.
     fn lost(&mut self) -> u64 {
         0

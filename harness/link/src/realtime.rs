@@ -50,6 +50,18 @@ pub fn raise() -> RealtimeSettings {
     outcome
 }
 
+/// Whether the calling thread is scheduled before all ordinary ones.
+#[cfg(target_os = "linux")]
+pub fn is_first() -> bool {
+    crate::sys::process::is_scheduled_first()
+}
+
+/// Returns false: only implemented on Linux.
+#[cfg(not(target_os = "linux"))]
+pub fn is_first() -> bool {
+    false
+}
+
 /// Schedules the calling thread before all ordinary ones, but after those that drive a wire; the error says what is missing.
 #[cfg(target_os = "linux")]
 pub fn schedule_listener() -> Result<(), String> {

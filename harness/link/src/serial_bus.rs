@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::wire::WireStep;
-use crate::{Clock, Lateness, LinkError, Serial};
+use crate::{Clock, Lateness, LinkError, ProcessorShortage, Serial};
 use plain_text::hex_start;
 use station::{Duration, Outbox, Station, Time};
 
@@ -81,6 +81,7 @@ pub struct SerialBus {
     input: Vec<u8>,
     outbox: Outbox,
     lateness: Lateness,
+    shortage: ProcessorShortage,
     held_back: u64,
 }
 
@@ -105,6 +106,7 @@ impl SerialBus {
             input: Vec::new(),
             outbox: Outbox::new(),
             lateness: Lateness::default(),
+            shortage: ProcessorShortage::default(),
             held_back: 0,
         }
     }
@@ -128,9 +130,15 @@ impl SerialBus {
         &self.lateness
     }
 
-    /// Resets the statistics of [`lateness`](Self::lateness).
+    /// How long programs of this host waited for a processor since then, if it is worth mentioning and the other end is one of them.
+    pub fn shortage(&self) -> Option<Duration> {
+        self.shortage.within(self.now())
+    }
+
+    /// Resets the statistics of [`lateness`](Self::lateness) and [`shortage`](Self::shortage), when the clock is zero.
     pub fn reset_lateness(&mut self) {
         self.lateness.reset();
+        self.shortage = if self.serial.is_pty() { ProcessorShortage::begin() } else { ProcessorShortage::default() };
     }
 
     /// The number of frames that the guard has held back.

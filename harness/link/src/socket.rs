@@ -162,6 +162,14 @@ fn nothing_now(error: &io::Error) -> bool {
 }
 
 impl Port for FrameSocket {
+    fn ends_on_this_host(&self) -> bool {
+        match &self.stream {
+            Some(SocketStream::Unix(_)) => true,
+            Some(SocketStream::Tcp(stream)) => stream.peer_addr().is_ok_and(|peer| peer.ip().is_loopback()),
+            None => false,
+        }
+    }
+
     fn send(&mut self, frame: &[u8]) -> Result<(), LinkError> {
         if self.stream.is_none() {
             return Err(self.gone("no peer is connected"));

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::{Clock, Lateness, LinkError, Port};
+use crate::{Clock, Lateness, LinkError, Port, ProcessorShortage};
 use station::{Duration, Outbox, Station, Time};
 
 /// The length to which a network interface pads a shorter frame, in bytes without frame check sequence.
@@ -51,6 +51,7 @@ pub struct Wire {
     delivered_in_a_row: u32,
     turns: Vec<WakeStreak>,
     lateness: Lateness,
+    shortage: ProcessorShortage,
     held_back: u64,
 }
 
@@ -88,6 +89,7 @@ impl Wire {
             delivered_in_a_row: 0,
             turns: Vec::new(),
             lateness: Lateness::default(),
+            shortage: ProcessorShortage::default(),
             held_back: 0,
         }
     }
@@ -117,9 +119,16 @@ impl Wire {
         &self.lateness
     }
 
-    /// Resets the statistics of [`lateness`](Self::lateness).
+    /// How long programs of this host waited for a processor since then, if it is worth mentioning and the other end is one of them.
+    pub fn shortage(&self) -> Option<Duration> {
+        self.shortage.within(self.now())
+    }
+
+    /// Resets the statistics of [`lateness`](Self::lateness) and [`shortage`](Self::shortage), when the clock is zero.
     pub fn reset_lateness(&mut self) {
         self.lateness.reset();
+        self.shortage =
+            if self.port.ends_on_this_host() { ProcessorShortage::begin() } else { ProcessorShortage::default() };
     }
 
     /// The number of frames that the guard has held back.

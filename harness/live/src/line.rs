@@ -6,7 +6,7 @@ use super::fence::Fence;
 use super::guard::Guard;
 use super::withheld::WithheldFrames;
 use link::{Lateness, LinkError, SerialBus, Wire};
-use station::Time;
+use station::{Duration, Time};
 
 /// The line to a live device, with the filter that withholds frames without consent.
 #[derive(Debug)]
@@ -45,6 +45,14 @@ impl DeviceLine {
         match self {
             DeviceLine::Wire(wire, _) => wire.lateness(),
             DeviceLine::Bus(bus, _) => bus.lateness(),
+        }
+    }
+
+    /// How long programs of this host waited for a processor since the restart, if the device is one of them.
+    pub fn shortage(&self) -> Option<Duration> {
+        match self {
+            DeviceLine::Wire(wire, _) => wire.shortage(),
+            DeviceLine::Bus(bus, _) => bus.shortage(),
         }
     }
 

@@ -189,7 +189,8 @@ fn a_capture_is_dissected_and_replayed() {
     let lines: Vec<_> = out.lines().collect();
     assert_eq!(lines.len(), 5, "{out}");
     assert!(
-        lines[0].starts_with("     1 ") && lines[0].ends_with(" 2 -> 127 global_control request (sdn_high) to SAP 58 from SAP 62"),
+        lines[0].starts_with("     1 ")
+            && lines[0].ends_with(" 2 -> 127 global_control request (sdn_high) to SAP 58 from SAP 62"),
         "{out}"
     );
     assert_eq!(lines[1], "           freeze sync to groups 1 8");

@@ -30,7 +30,7 @@ use judge::view::{BenchAddresses, StationNumbers};
 use results::outcome::{CaseFailure, FailureCause};
 use results::verdict::Verdict;
 use slave::SlaveAddresses;
-use station::Duration;
+use station::{Duration, Time};
 use std::net::Ipv4Addr;
 use step_error::{BoxedStepError, StepError, StepResult, ended};
 use suite::device::{EventName, NameKind, StandName};
@@ -282,6 +282,13 @@ impl<'a> RunningTrial<'a> {
             let why = format!("the harness was {late:?} late, more than the allowed {slack:?}");
             return Some(Disturbance::of_harness(why));
         }
+        if let Some(waited) = self.world.segment.shortage() {
+            let passed = self.world.now().since(Time::ZERO);
+            return Some(Disturbance::of_harness(format!(
+                "this host, on which the device runs too, was overloaded: programs waited {waited:?} of {passed:?} for a processor, \
+                 and encspec has no real-time scheduling"
+            )));
+        }
         let answer = self.world.segment.latest_answer();
         (answer > slack).then(|| {
             Disturbance::of_link(format!(
@@ -294,7 +301,8 @@ impl<'a> RunningTrial<'a> {
     /// Whether the device has been silent for so long, while it was called, that nothing that was late here explains it.
     fn is_silent_beyond_stalls(&self) -> bool {
         let segment = &self.world.segment;
-        let explained = segment.lateness().max(segment.latest_answer()) * EXPLAINED_SILENCE;
+        let late = segment.lateness().max(segment.latest_answer());
+        let explained = late.max(segment.shortage().unwrap_or_default()) * EXPLAINED_SILENCE;
         let (mut calls, now) = (0, self.world.now());
         for frame in self.world.trace.iter().rev() {
             if self.driver.is_from_device(self, frame.octets) {

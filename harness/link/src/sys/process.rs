@@ -17,6 +17,14 @@ pub fn schedule_first(priority: i32) -> io::Result<()> {
     if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 
+/// Whether the calling thread has SCHED_FIFO.
+pub fn is_scheduled_first() -> bool {
+    let this_thread: libc::c_long = 0;
+    // SAFETY: no memory is passed.
+    let policy = unsafe { libc::syscall(libc::SYS_sched_getscheduler, this_thread) };
+    policy & !libc::c_long::from(libc::SCHED_RESET_ON_FORK) == libc::c_long::from(libc::SCHED_FIFO)
+}
+
 /// Sets the timer slack of the calling thread: its timers expire at most `nanoseconds` late.
 pub fn timer_slack(nanoseconds: libc::c_ulong) -> io::Result<()> {
     // SAFETY: no memory is passed.

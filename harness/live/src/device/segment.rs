@@ -218,6 +218,10 @@ impl Segment for LiveSegment<'_> {
         self.state.line.lateness().longest()
     }
 
+    fn shortage(&self) -> Option<Duration> {
+        self.state.line.shortage()
+    }
+
     fn lacks_answer(&self) -> bool {
         self.watch.lacks_answer()
     }
