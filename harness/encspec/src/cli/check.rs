@@ -11,6 +11,9 @@ use suite::model::Manual;
 use suite_yaml::persona::load_personas;
 use suite_yaml::{AddedSuites, LoadErrors, load};
 
+/// The unused definitions of a manual that the text lists: of a suite that `suite init` wrote there are hundreds.
+const MOST_UNUSED: usize = 12;
+
 /// The output format of `encspec check`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum CheckFormat {
@@ -144,8 +147,12 @@ fn write_manual_summary(out: &mut String, manual: &Manual) -> std::fmt::Result {
     } else if !has_model(manual) {
         writeln!(out, "  no reference device has its bugs: nothing proves that its cases can fail")?;
     }
-    for (what, at) in &manual.unused {
+    for (what, at) in manual.unused.iter().take(MOST_UNUSED) {
         writeln!(out, "  {}:{}: unused: {what}", at.file.display(), at.line)?;
+    }
+    let more = manual.unused.len().saturating_sub(MOST_UNUSED);
+    if more > 0 {
+        writeln!(out, "  and {more} more that are unused; --format sarif lists them all")?;
     }
     Ok(())
 }

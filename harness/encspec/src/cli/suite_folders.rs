@@ -37,6 +37,12 @@ impl Suites {
         Ok(sources.with_sentences(deviations::sentence))
     }
 
+    /// The names of the manuals in the folders.
+    pub(super) fn own(&self) -> Result<Vec<String>, LoadErrors> {
+        let added = self.folders.iter().map(|folder| Ok(Sources::none().and_folder(folder)?.1.manuals));
+        Ok(added.collect::<Result<Vec<_>, LoadErrors>>()?.concat())
+    }
+
     /// Loads every manual.
     pub fn load(&self) -> Result<Vec<Manual>, LoadErrors> {
         load(&self.sources()?, None)

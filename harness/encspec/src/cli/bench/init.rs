@@ -111,7 +111,7 @@ pub(super) fn init(args: &InitArgs) -> CommandResult {
     bench.descriptions =
         described.iter().map(|file| (file.kind, path(file).unwrap_or_else(|| file.path.clone()))).collect();
     let (found, port) = find(args, &segment)?;
-    let mut known = fitting_manual(&found, &manuals, args.device.as_deref())?;
+    let mut known = fitting_manual(&found, &manuals, &args.suites.own()?, args.device.as_deref())?;
     match &found {
         FoundDevice::Station(station) => {
             bench.mac = Some(station.mac);
@@ -254,10 +254,11 @@ pub(super) fn choose_station<'f>(
     }
 }
 
-/// The manual that fits a device, or the one that `named` says.
+/// The manual that fits a device, or the one that `named` says; one of `own`, the manuals of the user, before a built-in one.
 pub(super) fn fitting_manual<'m>(
     found: &FoundDevice,
     manuals: &'m [Manual],
+    own: &[String],
     named: Option<&str>,
 ) -> Result<KnownDevice<'m>, CommandError> {
     if let Some(named) = named {
@@ -265,7 +266,10 @@ pub(super) fn fitting_manual<'m>(
         let manual = claimed.first().map(|(manual, _)| *manual);
         return Ok(KnownDevice { manual, is_certain: true, ..KnownDevice::default() });
     }
-    let certain: Vec<&Manual> = manuals.iter().filter(|manual| found.is_of(manual)).collect();
+    let mut certain: Vec<&Manual> = manuals.iter().filter(|manual| found.is_of(manual)).collect();
+    if certain.iter().any(|manual| own.contains(&manual.device.name)) {
+        certain.retain(|manual| own.contains(&manual.device.name));
+    }
     let similar = |manual: &&Manual| {
         let FoundDevice::Station(found) = found else { return false };
         let vendor = |ids: Option<(u16, u16)>| ids.map(|(vendor, _)| vendor);

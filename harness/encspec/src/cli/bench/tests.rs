@@ -27,7 +27,7 @@ fn found(last: u8, name: &str, ids: Option<(u16, u16)>) -> DiscoveredStation {
 fn written(link: &LinkSpec, found: &DiscoveredStation, manuals: &[Manual], left: &[usize]) -> String {
     let bench = BenchFile::bare(link.clone(), DeviceClaim { manual: String::new(), variant: String::new() });
     let found = FoundDevice::Station(found.clone());
-    let known = fitting_manual(&found, manuals, None).map_err(|stop| stop.message).expect("no manual is named");
+    let known = fitting_manual(&found, manuals, &[], None).map_err(|stop| stop.message).expect("no manual is named");
     text::bench_file(&bench, &found, &KnownDevice { left: left.to_vec(), ..known }, None)
 }
 
@@ -70,6 +70,27 @@ fn generated_bench_files_load(
         }
         fs::remove_file(&path).expect("it can be removed");
     }
+}
+
+/// A suite that its user has given is meant, although a built-in one is of the same device.
+#[test]
+fn the_suite_of_the_user_comes_before_a_built_in_one() {
+    let load = || load(&suites::sources(), None).expect("the shipped suites load");
+    let mut manuals = load();
+    let mut mine =
+        load().into_iter().find(|manual| manual.device.name == "lika-xac77-profinet").expect("it is shipped");
+    let mut device = (*mine.device).clone();
+    device.name = "mine".into();
+    mine.device = device.into();
+    manuals.push(mine);
+    let found = FoundDevice::Station(found(1, "enc-1", Some((0x0239, 1))));
+    let fitting = |own: &[String]| {
+        let known =
+            fitting_manual(&found, &manuals, own, None).map_err(|stop| stop.message).expect("no manual is named");
+        known.manual.map(|manual| manual.device.name.clone())
+    };
+    assert_eq!(fitting(&["mine".into()]).as_deref(), Some("mine"));
+    assert_eq!(fitting(&["elsewhere".into()]).as_deref(), Some("lika-xac77-profinet"));
 }
 
 #[test]
