@@ -64,6 +64,8 @@ pub struct ManualFacts {
     pub preset_waits_for_memory: bool,
     /// Whether the encoder monitors the sign of life of the controller.
     pub monitors_controller: bool,
+    /// How many characters a station name may have; PROFINET allows 240.
+    pub longest_name: usize,
     /// Whether parameter requests for every axis or drive object are answered, not only for 0 and 1.
     pub serves_any_axis: bool,
     /// The modules for the slot of the encoder object, the default one first.

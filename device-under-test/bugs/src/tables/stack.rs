@@ -152,7 +152,7 @@ pub static GROUPS: &[Group] = &[
             "long-name-cut" "A name of more than 127 characters is accepted and truncated."
                 => |d| {
                 d.stack.check(|check, right| match check {
-                    StackCheck::Name(name) => name.is_empty() || name.split(|octet| *octet == b'.').all(|label| !label.is_empty() && accepts(label)),
+                    StackCheck::Name(name) => name.is_empty() || name.split(|octet| *octet == b'.').all(|label| !label.is_empty() && accepts(label, 127)),
                     _ => right,
                 });
                 d.stack.set_station(|_, now, stored| {

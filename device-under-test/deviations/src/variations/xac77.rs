@@ -200,7 +200,7 @@ static PAGES_AND_NAMES: &[Deviation] = permitted! {
     "names-of-up-to-240-characters" "A name of up to 240 characters is accepted."
         "PROFINET permits 240; the limit of 7.4.5 is given to the user"
         => |d| d.stack.check(|check, right| match check {
-            StackCheck::Name(name) => right || name.len() <= 240 && name.split(|octet| *octet == b'.').all(|label| !label.is_empty() && accepts(label)),
+            StackCheck::Name(name) => right || accepts(name, 240),
             _ => right,
         });
 };

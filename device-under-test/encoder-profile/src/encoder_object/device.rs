@@ -123,7 +123,7 @@ impl<M: EncoderModel> IoApplication for EncoderObject<M> {
     }
 
     fn accepts_name(&self, name: &[u8]) -> bool {
-        names::accepts(name)
+        names::accepts(name, self.facts.longest_name)
     }
 
     fn factory_reset(&mut self, now: Time, scope: ResetScope) -> bool {

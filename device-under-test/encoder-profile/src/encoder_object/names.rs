@@ -1,23 +1,13 @@
 //! The station names that an encoder accepts.
 //!
-//! XAC77 manual, 7.4.5: at most 127 characters; labels between dots of at most 63; letters, digits and dashes, no
-//! other special character; no dash at the beginning or the end. For the DNS rules to which the manual refers: no
-//! label is empty, and the dash rule applies to each label. Capital letters are accepted, because the manual does not
-//! exclude them. The empty name clears the name.
+//! The rules of PROFINET hold; a manual may limit the length further (XAC77, 7.4.5: at most 127 characters). The empty name clears
+//! the name.
 
-const LONGEST_NAME: usize = 127;
-const LONGEST_LABEL: usize = 63;
+use wire::profinet::dcp::station_name;
 
-/// Whether the encoder accepts `name`.
-pub fn accepts(name: &[u8]) -> bool {
-    name.is_empty() || name.len() <= LONGEST_NAME && name.split(|byte| *byte == b'.').all(is_label)
-}
-
-fn is_label(label: &[u8]) -> bool {
-    (1..=LONGEST_LABEL).contains(&label.len())
-        && label.iter().all(|byte| byte.is_ascii_alphanumeric() || *byte == b'-')
-        && label.first() != Some(&b'-')
-        && label.last() != Some(&b'-')
+/// Whether an encoder whose names have at most `longest` characters accepts `name`.
+pub fn accepts(name: &[u8], longest: usize) -> bool {
+    name.is_empty() || name.len() <= longest && station_name::check(name).is_ok()
 }
 
 #[cfg(test)]
@@ -47,9 +37,12 @@ mod tests {
     #[case("a..b", false)]
     #[case(".a", false)]
     #[case("a.", false)]
+    #[case("Enc", false)]
+    #[case("port-001", false)]
+    #[case("1.2.3.4", false)]
     #[case("ger\u{e4}t-1", false)]
     fn names(#[case] name: &str, #[case] accepted: bool) {
-        assert_eq!(accepts(name.as_bytes()), accepted);
+        assert_eq!(accepts(name.as_bytes(), 127), accepted);
     }
 
     #[rstest]
@@ -60,11 +53,11 @@ mod tests {
     #[case(&[42, 42, 41], true)]
     fn lengths(#[case] labels: &[usize], #[case] accepted: bool) {
         let labels: Vec<String> = labels.iter().map(|length| "a".repeat(*length)).collect();
-        assert_eq!(accepts(labels.join(".").as_bytes()), accepted);
+        assert_eq!(accepts(labels.join(".").as_bytes(), 127), accepted);
     }
 
     #[test]
     fn bytes_above_7f_are_refused_even_if_they_are_no_utf8() {
-        assert!(!accepts(&[0x67, 0x65, 0x72, 0xE4, 0x74]));
+        assert!(!accepts(&[0x67, 0x65, 0x72, 0xE4, 0x74], 127));
     }
 }

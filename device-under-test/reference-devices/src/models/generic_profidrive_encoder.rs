@@ -75,6 +75,7 @@ pub static FACTS: ManualFacts = ManualFacts {
     sign_of_life: LifeSignPace::EachFrame,
     preset_waits_for_memory: true,
     monitors_controller: true,
+    longest_name: 240,
     serves_any_axis: false,
     modules: &[ModuleFacts { ident: 0x30, access_point: 0x10, submodules: SUBMODULES }],
     resets: ClearedData::of,

@@ -122,6 +122,7 @@ pub static FACTS: ManualFacts = ManualFacts {
     sign_of_life: LifeSignPace::EachSendClock,
     preset_waits_for_memory: true,
     monitors_controller: false,
+    longest_name: 240,
     serves_any_axis: true,
     modules: modules::MODULES,
     resets: |scope| match scope {

@@ -108,6 +108,7 @@ pub static FACTS: ManualFacts = ManualFacts {
     sign_of_life: LifeSignPace::EachFrame,
     preset_waits_for_memory: true,
     monitors_controller: true,
+    longest_name: 127,
     serves_any_axis: false,
     modules: &[ModuleFacts { ident: 1, access_point: 2, submodules: SUBMODULES }],
     resets: ClearedData::of,

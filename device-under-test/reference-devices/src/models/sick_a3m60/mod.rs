@@ -124,6 +124,7 @@ pub static FACTS: ManualFacts = ManualFacts {
     sign_of_life: LifeSignPace::EachFrame,
     preset_waits_for_memory: false,
     monitors_controller: true,
+    longest_name: 240,
     serves_any_axis: false,
     modules: &[ModuleFacts { ident: 1, access_point: 1, submodules: SUBMODULES }],
     resets: |_| None,

@@ -134,6 +134,7 @@ pub static FACTS: ManualFacts = ManualFacts {
     sign_of_life: LifeSignPace::EachFrame,
     preset_waits_for_memory: true,
     monitors_controller: false,
+    longest_name: 240,
     serves_any_axis: true,
     // Idents are invented, except for the numbers of the telegrams and FFFFh.
     modules: &[ModuleFacts { ident: 1, access_point: 0xFFFF, submodules: SUBMODULES }],
