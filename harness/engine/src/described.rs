@@ -49,7 +49,7 @@ pub fn described(manual: &Manual, dut: &DutSpec) -> Option<Manual> {
 
 fn with_device(manual: &Manual, device: Arc<DeviceDescription>) -> Manual {
     let (requirements, bugs) = (manual.requirements.clone(), manual.bugs.clone());
-    Manual { device, requirements, bugs, variants: Vec::new(), unused: Vec::new() }
+    Manual { device, requirements, bugs, variants: Vec::new(), unused: Vec::new(), also: manual.also.clone() }
 }
 
 /// Whether neither the manual nor a description says what a value is, so that it may be another one. A reference device without its

@@ -36,7 +36,7 @@ pub fn results(manual: &Manual, variant: &SuiteVariant, cases: &[CaseResult]) ->
         };
         RequirementResult {
             id: of.id.clone(),
-            chapter: of.chapter(),
+            chapter: manual.suite_of_requirement(index).map(|suite| suite.name.clone()).or_else(|| of.chapter()),
             cites: of.cites.clone(),
             statement: of.statement.clone(),
             level: of.level,

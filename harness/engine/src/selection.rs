@@ -28,6 +28,7 @@ pub struct Selection {
     included: Vec<(String, Selector)>,
     excluded: Vec<(String, Selector)>,
     not_green: Option<BTreeSet<NotGreen>>,
+    is_only_own: bool,
 }
 
 /// A case or rule that was not green in an earlier run.
@@ -69,6 +70,11 @@ impl Selection {
     #[must_use]
     pub fn not_green(self, before: BTreeSet<NotGreen>) -> Selection {
         Selection { not_green: Some(before), ..self }
+    }
+
+    /// The cases and rules of each manual alone, without those of the suites that it uses too.
+    pub fn own() -> Selection {
+        Selection { is_only_own: true, ..Selection::default() }
     }
 
     /// Whether everything is selected.
@@ -126,6 +132,7 @@ impl Selection {
             && (self.included.is_empty() || has(&self.included))
             && !has(&self.excluded)
             && self.not_green.as_ref().is_none_or(was_not_green)
+            && !(self.is_only_own && manual.suite_of(id).is_some())
     }
 }
 

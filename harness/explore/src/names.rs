@@ -250,11 +250,11 @@ fn count_of(counts: &[(String, u64)], name: &str) -> u64 {
     counts.iter().find(|(known, _)| known == name).map_or(0, |(_, count)| *count)
 }
 
-/// The outputs that cases set in these parts, `given` (0) and the test (1), each with how often.
+/// The outputs that the manual's own cases set in these parts, `given` (0) and the test (1), each with how often.
 fn settings(manual: &Manual, parts: &[usize]) -> Vec<(String, u64)> {
     let mut counts: Vec<(String, u64)> = Vec::new();
     for variant in &manual.variants {
-        for trial in &variant.trials {
+        for trial in variant.trials.iter().filter(|trial| manual.is_own(trial)) {
             let steps = parts.iter().filter_map(|part| trial.parts().get(*part).copied());
             steps.for_each(|steps| scan::each_step(steps, &mut |step| count_outputs(variant, step, &mut counts)));
         }
@@ -282,7 +282,7 @@ fn count_outputs(variant: &SuiteVariant, step: &TrialStep, counts: &mut Vec<(Str
     }
 }
 
-/// The connections of the cases, each once.
+/// The connections of the manual's own cases, each once.
 fn starts(manual: &Manual) -> Vec<ConnectAction> {
     let (mut list, mut known) = (Vec::new(), BTreeSet::new());
     for (index, variant) in manual.variants.iter().enumerate() {
@@ -292,7 +292,7 @@ fn starts(manual: &Manual) -> Vec<ConnectAction> {
                 list.push(action);
             }
         };
-        for trial in &variant.trials {
+        for trial in variant.trials.iter().filter(|trial| manual.is_own(trial)) {
             trial.start().into_iter().for_each(&mut add);
             scan::each_step_of(trial, &mut |step| {
                 if let Verb::Connect { start, .. } = &step.verb {

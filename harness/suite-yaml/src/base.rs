@@ -1,5 +1,6 @@
 //! What all topic files of a manual stand on: the device, the requirements, the bugs, the procedures, the common suites.
 
+use super::also::{self, Also};
 use super::device_yaml::{self, Described};
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::keys::Keyed;
@@ -10,7 +11,7 @@ use super::source::{
 use super::step::{LoadContext, Procedure};
 use super::taken;
 use super::topic_keys::{common_suite, procedure, procedures};
-use super::yaml::{self, Node};
+use super::yaml::{self, Node, mentions};
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
 use suite::model::{Bug, Requirement};
@@ -31,6 +32,8 @@ pub(super) struct Base {
     pub common: Vec<(String, Node)>,
     /// Everything that was declared and can go unused.
     pub declared: Vec<(String, Spot)>,
+    /// The suites that the manual uses too.
+    pub also: Vec<Also>,
 }
 
 impl Base {
@@ -67,7 +70,8 @@ impl Base {
         let mut described = device_yaml::read(&device, folder, is_described, mistakes)?;
         sources.times.apply(&mut described.device.timing);
         let variants = &described.device.variants;
-        let requirements = match known.filter(|known| known.described.device.variants == *variants) {
+        let is_known = known.is_some();
+        let mut requirements = match known.filter(|known| known.described.device.variants == *variants) {
             Some(known) => known.requirements.clone(),
             None => {
                 let parts = parts(sources, folder, REQUIREMENTS, files);
@@ -78,6 +82,17 @@ impl Base {
                 lists::requirements(&parts, variants, files, mistakes)
             }
         };
+        let mut also = if is_known { Vec::new() } else { also::read(&device, folder, &sources.manuals(), mistakes) };
+        for of in &mut also {
+            let parts = parts(sources, &of.suite, REQUIREMENTS, files);
+            let first = requirements.len();
+            requirements.extend(lists::requirements(&parts, variants, files, mistakes));
+            of.requirements = first..requirements.len();
+            let (own, taken) = requirements.split_at(first);
+            if let Some(both) = taken.iter().find(|of| own.iter().any(|own| own.id == of.id)) {
+                mistakes.note(of.at.wrong(format!("both have a requirement `{}`", both.id)));
+            }
+        }
         let place = |(index, requirement): (usize, &Requirement)| {
             (requirement.id.clone(), (index, requirement.variants.clone()))
         };
@@ -92,7 +107,8 @@ impl Base {
         let procedures = self::procedures(&procedures, mistakes, &mut of_procedures);
         let declared = described.declared.iter().cloned().chain(of_procedures).collect();
         let elsewhere = elsewhere.clone();
-        let base = Base { described, requirements, index, bugs, elsewhere, bug_spots, procedures, common, declared };
+        let base =
+            Base { described, requirements, index, bugs, elsewhere, bug_spots, procedures, common, declared, also };
         (mistakes.count() == 0).then_some(base)
     }
 
@@ -114,6 +130,7 @@ impl Base {
             return None;
         }
         let procedures = self::procedures(procedures, mistakes, &mut Vec::new());
+        let also = also::read(device, &before.name, &sources.manuals(), mistakes);
         let base = Base {
             described,
             requirements: Vec::new(),
@@ -124,6 +141,7 @@ impl Base {
             procedures,
             common: Vec::new(),
             declared: Vec::new(),
+            also,
         };
         (mistakes.count() == 0).then_some(base)
     }
@@ -142,7 +160,17 @@ impl Base {
     ) -> LoadContext<'g> {
         let Base { described, index, bugs, procedures, elsewhere, .. } = self;
         let device = &described.device;
-        LoadContext { device, sources, files, mistakes, requirements: index, procedures, bugs, elsewhere }
+        LoadContext {
+            device,
+            sources,
+            files,
+            mistakes,
+            requirements: index,
+            procedures,
+            bugs,
+            elsewhere,
+            is_generic: false,
+        }
     }
 }
 
@@ -210,19 +238,5 @@ fn procedure(node: &Node) -> Read<Procedure> {
     match takes.iter().find(|take| !mentions(steps, take)) {
         Some(take) => Err(node.wrong(format!("`{take}` is taken and never used"))),
         None => Ok(Procedure { takes, steps: steps.clone(), about: keyed.get(&procedure::about).cloned() }),
-    }
-}
-
-/// Whether a name stands somewhere as a word of its own, outside `why`.
-pub(super) fn mentions(node: &Node, name: &str) -> bool {
-    let said = |text: &str| {
-        text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == '-')).any(|word| word == name)
-    };
-    match &node.kind {
-        yaml::NodeKind::Scalar { text, .. } => said(text),
-        yaml::NodeKind::Sequence(items) => items.iter().any(|item| mentions(item, name)),
-        yaml::NodeKind::Mapping(entries) => entries.iter().any(|(key, value)| {
-            key.scalar() != Some("why") && (key.expression().is_some_and(said) || mentions(value, name))
-        }),
     }
 }

@@ -8,6 +8,7 @@
 pub mod keys;
 
 mod access;
+mod also;
 mod answer;
 mod base;
 mod case;

@@ -1,5 +1,6 @@
 //! From files to manuals: what is compiled in which order, and what is compared at the end.
 
+use super::also::Also;
 use super::base::{Base, common, common_suite};
 use super::case::{Compiled, Topic};
 use super::device_yaml::Described;
@@ -133,18 +134,50 @@ fn read(
         mistakes.keep(masks::read(&node, &Names::new(&base.described, 0, &used, mistakes)));
     }
     let used = Used::default();
+    let own: Vec<&str> = nodes.iter().map(|(name, _)| name.as_str()).collect();
+    let taken = base.also.iter().map(|also| Taken::read(also, sources, &own, files, mistakes)).collect::<Vec<_>>();
     let ground = base.ground(sources, files, mistakes);
-    let variants = variants(&base, &base.common, &nodes.iter().collect::<Vec<_>>(), &ground, &used);
+    let variants = variants(&base, &base.common, &nodes.iter().collect::<Vec<_>>(), &taken, &ground, &used);
+    for Taken { also, nodes, .. } in taken.iter().filter(|_| mistakes.count() == 0) {
+        also.check_met(nodes, mistakes);
+    }
     if mistakes.count() > 0 {
         return None;
     }
-    let Base { described: Described { device, .. }, requirements, bugs, declared, .. } = base;
+    let mut requirements = base.requirements.clone();
+    for Taken { also, nodes, .. } in &taken {
+        also.explain_uncovered(&mut requirements, &variants, nodes);
+    }
+    let topics: Vec<Vec<String>> = taken.into_iter().map(Taken::topics).collect();
+    let Base { described: Described { device, .. }, bugs, declared, also, .. } = base;
+    let also = also.into_iter().zip(topics).map(|(also, topics)| also.into_suite(topics)).collect();
     let unused = declared
         .into_iter()
         .filter(|(name, _)| !used.has(name))
         .map(|(name, spot)| (name, files.location(spot)))
         .collect();
-    Some(outlined(Manual { device: Arc::new(device), requirements, bugs, variants, unused }))
+    Some(outlined(Manual { device: Arc::new(device), requirements, bugs, variants, unused, also }))
+}
+
+/// The topics of a suite that a manual uses too.
+struct Taken<'b> {
+    also: &'b Also,
+    /// The topic files as they stand in the folder of the suite.
+    nodes: Vec<(String, Node)>,
+    /// Those that are taken, as the manual has them.
+    topics: Vec<(String, Node)>,
+}
+
+impl<'b> Taken<'b> {
+    fn read(also: &'b Also, sources: &Sources, own: &[&str], files: &mut Files, mistakes: &Mistakes) -> Taken<'b> {
+        let nodes = parse(sources, &also.suite, files, mistakes);
+        let topics = also.topics(&nodes, own, mistakes);
+        Taken { also, nodes, topics }
+    }
+
+    fn topics(self) -> Vec<String> {
+        self.topics.into_iter().map(|(name, _)| name).collect()
+    }
 }
 
 /// Every variant of a manual, whose bugs are all caught.
@@ -152,10 +185,11 @@ fn variants(
     base: &Base,
     common: &[(String, Node)],
     nodes: &[&(String, Node)],
+    taken: &[Taken<'_>],
     ground: &LoadContext<'_>,
     used: &Used,
 ) -> Vec<SuiteVariant> {
-    let variants = topics(base, common, nodes, ground, used);
+    let variants = topics(base, common, nodes, taken, ground, used);
     if ground.mistakes.count() == 0 {
         let is_caught = |bug: &Bug| used.has(&format!("bug `{}`", bug.name));
         for (bug, spot) in base.bugs.iter().zip(&base.bug_spots).filter(|(bug, _)| !is_caught(bug)) {
@@ -180,38 +214,47 @@ fn topics(
     base: &Base,
     suites: &[(String, Node)],
     nodes: &[&(String, Node)],
+    taken: &[Taken<'_>],
     ground: &LoadContext<'_>,
     used: &Used,
 ) -> Vec<SuiteVariant> {
     let common = |name: &Node| common(suites, name);
     let read = nodes.iter().filter_map(|(file, node)| ground.mistakes.keep(Topic::read(node, file, ground, &common)));
     let topics: Vec<Topic<'_>> = read.collect();
-    let variants = (0..base.described.device.variants.len())
-        .map(|variant| compile(&base.described, variant, &topics, ground, used));
-    variants.collect()
+    let generic = LoadContext { is_generic: true, ..*ground };
+    let mut generic_topics: Vec<(&Also, Vec<Topic<'_>>)> = Vec::new();
+    for of in taken {
+        let read = of.topics.iter().map(|(file, node)| Topic::read(node, file, &generic, &common));
+        generic_topics.push((of.also, read.filter_map(|read| ground.mistakes.keep(read)).collect()));
+    }
+    let variant = |variant: usize| {
+        let names = Names::new(&base.described, variant, used, ground.mistakes);
+        let mut compiled = compile(&topics, ground, &names);
+        for (also, topics) in &generic_topics {
+            let Compiled { mut trials, rules } = compile(topics, &generic, &names);
+            also.drop_rows(&mut trials);
+            compiled.trials.extend(trials);
+            compiled.rules.extend(rules);
+        }
+        names.into_variant(compiled.trials, compiled.rules)
+    };
+    (0..base.described.device.variants.len()).map(variant).collect()
 }
 
-fn compile(
-    described: &Described,
-    variant: usize,
-    topics: &[Topic<'_>],
-    ground: &LoadContext<'_>,
-    used: &Used,
-) -> SuiteVariant {
-    let names = Names::new(described, variant, used, ground.mistakes);
-    let (mut trials, mut rules) = (Vec::new(), Vec::new());
+fn compile(topics: &[Topic<'_>], ground: &LoadContext<'_>, names: &Names<'_>) -> Compiled {
+    let mut compiled = Compiled::default();
     for topic in topics {
         if ground.mistakes.enough() {
             break;
         }
-        let Compiled { trials: mut more, rules: others } = topic.compile(ground, &names);
+        let Compiled { mut trials, rules } = topic.compile(ground, names);
         if ground.sources.is_for_rules {
-            more.iter_mut().for_each(Trial::forget_steps);
+            trials.iter_mut().for_each(Trial::forget_steps);
         }
-        trials.extend(more);
-        rules.extend(others);
+        compiled.trials.extend(trials);
+        compiled.rules.extend(rules);
     }
-    names.into_variant(trials, rules)
+    compiled
 }
 
 /// A manual that loads, against which the text of a single file can be checked quickly.
@@ -283,8 +326,17 @@ impl Checker {
         } else if folder == self.folder
             && let Some(base) = self.base_with(name, opened.0, &opened.1, &mistakes)
         {
+            let (used, common) = (Used::default(), &self.base.common);
             let ground = base.ground(&self.sources, &files, &mistakes);
-            variants(&base, &self.base.common, &self.likely_first(path, text), &ground, &Used::default());
+            variants(&base, common, &self.likely_first(path, text), &[], &ground, &used);
+            let own: Vec<&str> = self.nodes.iter().map(|(name, _)| name.as_str()).collect();
+            // The topics of other suites are read only where those of the manual show no mistake.
+            for also in base.also.iter().filter(|_| mistakes.count() == 0) {
+                let taken = Taken::read(also, &self.sources, &own, &mut files, &mistakes);
+                let ground = base.ground(&self.sources, &files, &mistakes);
+                topics(&base, common, &[], std::slice::from_ref(&taken), &ground, &used);
+                also.check_met(&taken.nodes, &mistakes);
+            }
         } else if mistakes.count() == 0 {
             files = Files::default();
             let sources = self.sources.clone().with(path, text);
@@ -341,7 +393,7 @@ impl Checker {
             let ground = self.base.ground(&self.sources, &files, &mistakes);
             let own = (name.to_owned(), node);
             let nodes = [&[&own], others].concat();
-            variants = topics(&self.base, &self.base.common, &nodes, &ground, &Used::default());
+            variants = topics(&self.base, &self.base.common, &nodes, &[], &ground, &Used::default());
             let suite = own.1.get("suite").and_then(Node::scalar).unwrap_or(name);
             let is_own = |trial: &Trial| trial.id.split_once('/').is_some_and(|(topic, _)| topic == suite);
             variants.iter_mut().for_each(|variant| variant.trials.retain(is_own));
@@ -351,7 +403,7 @@ impl Checker {
         }
         let Base { described: Described { device, .. }, requirements, bugs, .. } = &self.base;
         let (device, requirements, bugs) = (Arc::new(device.clone()), requirements.clone(), bugs.clone());
-        Ok(outlined(Manual { device, requirements, bugs, variants, unused: Vec::new() }))
+        Ok(outlined(Manual { device, requirements, bugs, variants, unused: Vec::new(), also: Vec::new() }))
     }
 
     /// The topic files, first those that name what is no longer in the text of `path`: there a mistake is found soonest.
@@ -377,7 +429,7 @@ impl Checker {
     }
 
     fn compile(&self, suites: &[(String, Node)], nodes: &[&(String, Node)], files: &Files, mistakes: &Mistakes) {
-        topics(&self.base, suites, nodes, &self.base.ground(&self.sources, files, mistakes), &Used::default());
+        topics(&self.base, suites, nodes, &[], &self.base.ground(&self.sources, files, mistakes), &Used::default());
     }
 }
 

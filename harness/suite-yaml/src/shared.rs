@@ -1,6 +1,5 @@
 //! What a manual makes of a common suite: what it gives, which cases and rules it takes, and what it says of each.
 
-use super::base::mentions;
 use super::device_yaml::named;
 use super::entry::{CommonEntry, TopicEntry, entries};
 use super::error::{Mistake, Read};
@@ -9,7 +8,7 @@ use super::keys::{Key, Keyed};
 use super::step::LoadContext;
 use super::taken;
 use super::topic_keys::{case, common_suite, takes, uses};
-use super::yaml::Node;
+use super::yaml::{Node, mentions};
 use plain_text::nearest;
 
 /// A mapping of a file that uses a common suite, by the ids of cases and rules.
@@ -98,7 +97,8 @@ pub(super) fn used<'n>(
         });
     }
     list.retain(|entry| entry.shared.is_some());
-    let given = give(keyed, name, common, &list, ground, wrong.is_empty());
+    let is_kept_known = wrong.is_empty() && !ground.is_generic;
+    let given = give(keyed, name, common, &list, ground, is_kept_known);
     let given = given.map_err(|mistake| wrong.push(mistake)).unwrap_or_default();
     if let Some(wrong) = Mistake::all(wrong) {
         // The cases of the common suite would only say so again; those of the manual itself are read.

@@ -175,6 +175,7 @@ impl Sources {
             self.files = kept;
             self.replaced_bugs.extend(gone.into_iter().filter(|(path, _)| is_list_of_bugs(path)).map(|(_, text)| text));
             self.compiled.remove(folder);
+            self.forget_users(folder);
             added.manuals.push(folder.to_owned());
         }
         for file in files {
@@ -209,10 +210,23 @@ impl Sources {
             // The bugs of one manual may be named by a common suite that others use.
             Some((folder, file)) if folder != COMMON && !is_part(file.trim_end_matches(".yaml"), BUGS) => {
                 self.compiled.remove(folder);
+                if file != "device.yaml" {
+                    self.forget_users(folder);
+                }
             }
             _ => self.compiled.clear(),
         }
         self
+    }
+
+    /// Has the manuals compiled again that use the topics of the suite `folder` too.
+    fn forget_users(&mut self, folder: &str) {
+        let names = |text: &str| text.lines().any(|line| line == "also:") && text.contains(&format!("\n  {folder}:"));
+        let users = self.files.iter().filter(|(_, text)| names(text));
+        let users: Vec<String> = users.filter_map(|(path, _)| Some(path.split_once('/')?.0.to_owned())).collect();
+        users.iter().for_each(|user| {
+            self.compiled.remove(user.as_str());
+        });
     }
 
     /// The same suites, shown as if they stood in the folder `shown`.

@@ -38,6 +38,7 @@ pub(super) struct Procedure {
 }
 
 /// What all steps of a manual have in common.
+#[derive(Clone, Copy)]
 pub(super) struct LoadContext<'g> {
     pub device: &'g DeviceDescription,
     /// All files, for what other manuals list.
@@ -51,6 +52,8 @@ pub(super) struct LoadContext<'g> {
     pub bugs: &'g [suite::model::Bug],
     /// The bugs of all manuals.
     pub elsewhere: &'g AllBugs,
+    /// Whether this is a suite that the manual uses too, whose bugs are listed in its own folder.
+    pub is_generic: bool,
 }
 
 impl LoadContext<'_> {

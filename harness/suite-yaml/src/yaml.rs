@@ -270,3 +270,17 @@ pub fn read_file<T>(path: &Path, text: &str, read: impl FnOnce(&Node) -> Read<T>
         LoadError { at, width: mistake.spot.width.max(1) as usize, line, message: mistake.message, help: mistake.help }
     })
 }
+
+/// Whether a name stands somewhere as a word of its own, outside `why`.
+pub(crate) fn mentions(node: &Node, name: &str) -> bool {
+    let said = |text: &str| {
+        text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == '-')).any(|word| word == name)
+    };
+    match &node.kind {
+        NodeKind::Scalar { text, .. } => said(text),
+        NodeKind::Sequence(items) => items.iter().any(|item| mentions(item, name)),
+        NodeKind::Mapping(entries) => entries.iter().any(|(key, value)| {
+            key.scalar() != Some("why") && (key.expression().is_some_and(said) || mentions(value, name))
+        }),
+    }
+}

@@ -4,12 +4,11 @@ use super::{Deviation, Group};
 use crate::needs::Need;
 use alloc::vec::Vec;
 use device_stack::profinet::{StackCheck, StackHooks};
-use reference_devices::manuals;
 use wire::profinet::rpc::{Opnum, RpcHeader};
 use wire::profinet::status::PnioStatus;
 
 /// The deviations, by what they need.
-pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
+pub static GROUPS: &[Group] = &[Group { needs: &[Need::Profinet], deviations: BUGS }];
 
 /// Refused connections that a device can have before it has no resources left.
 const MOST_REFUSED: u32 = 4;

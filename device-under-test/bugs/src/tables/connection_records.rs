@@ -5,10 +5,9 @@ use super::{Deviation, Group};
 use crate::needs::Need;
 use crate::seams::stack::Stack;
 use alloc::vec::Vec;
-use reference_devices::manuals;
 
 /// The deviations, by what they need.
-pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
+pub static GROUPS: &[Group] = &[Group { needs: &[Need::Profinet], deviations: BUGS }];
 
 const RECORDS: [u16; 2] = [0xF020, 0xF820];
 /// Block header and number of connections.

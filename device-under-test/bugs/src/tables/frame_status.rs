@@ -8,13 +8,12 @@ use super::{Deviation, Group};
 use crate::needs::Need;
 use crate::seams::stack::Stack;
 use device_stack::profinet::{ArEvent, StackCheck};
-use reference_devices::manuals;
 use wire::lldp::{Lldp, Oui, Tlv};
 use wire::profinet::blocks::connect::{AlarmCrBlockReq, ConnectContent};
 use wire::profinet::rt::DataStatus;
 
 /// The deviations, by what they need.
-pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
+pub static GROUPS: &[Group] = &[Group { needs: &[Need::Profinet], deviations: BUGS }];
 
 const BUGS: &[Deviation] = bugs! {
     // DataStatus of the controller

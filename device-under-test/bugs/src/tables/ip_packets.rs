@@ -5,13 +5,12 @@ use super::{Deviation, Group};
 use crate::needs::Need;
 use alloc::vec::Vec;
 use device_stack::profinet::StackView;
-use reference_devices::manuals;
 use wire::datagram::Ipv4;
 use wire::datagram::fragments::{LONGEST_FRAGMENT, OutgoingPacket};
 use wire::datagram::icmp::IcmpEcho;
 
 /// The deviations, by what they need.
-pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
+pub static GROUPS: &[Group] = &[Group { needs: &[Need::Profinet], deviations: BUGS }];
 
 /// The longest data of an echo request that one frame holds is 1472 bytes; a stack with short buffers takes less.
 const SHORT_BUFFER: usize = 512;

@@ -5,11 +5,10 @@ use crate::needs::Need;
 use crate::seams::stack::Stack;
 use alloc::rc::Rc;
 use core::cell::Cell;
-use reference_devices::manuals;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 
 /// The deviations, by what they need.
-pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
+pub static GROUPS: &[Group] = &[Group { needs: &[Need::Profinet], deviations: BUGS }];
 
 /// The number of frames that a device takes before its buffers are full.
 const BUFFERS: u32 = 200;

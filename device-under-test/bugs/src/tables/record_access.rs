@@ -5,12 +5,11 @@ use super::{Deviation, Group};
 use crate::needs::Need;
 use crate::seams::stack::Stack;
 use device_stack::profinet::StackCheck;
-use reference_devices::manuals;
 use wire::profinet::rpc::Opnum;
 use wire::profinet::status::{ErrorCode, PnioStatus, RecordError};
 
 /// The deviations, by what they need.
-pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
+pub static GROUPS: &[Group] = &[Group { needs: &[Need::Profinet], deviations: BUGS }];
 
 const BUGS: &[Deviation] = bugs! {
     // Where a record is

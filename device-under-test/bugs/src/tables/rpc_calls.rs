@@ -5,13 +5,12 @@ use super::{Deviation, Group};
 use crate::needs::Need;
 use crate::seams::stack::Stack;
 use device_stack::profinet::StackCheck;
-use reference_devices::manuals;
 use wire::datagram::Datagram;
 use wire::profinet::rpc::{self, Flags1, NdrRequest, Opnum, PacketType, RpcHeader, RpcPdu, Uuid};
 use wire::profinet::status::{CmrpcError, ErrorCode, ErrorSource, PnioStatus};
 
 /// The deviations, by what they need.
-pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
+pub static GROUPS: &[Group] = &[Group { needs: &[Need::Profinet], deviations: BUGS }];
 
 const BUGS: &[Deviation] = bugs! {
     "pings-ignored" "A ping is not answered."

@@ -11,7 +11,6 @@ use alloc::vec::Vec;
 use core::ops::RangeInclusive;
 use core::time::Duration;
 use device_stack::profinet::{ArEvent, RecordAccess, StackCheck, StackView};
-use reference_devices::manuals;
 use wire::datagram::Datagram;
 use wire::profinet::rpc::{self, RpcPdu};
 use wire::profinet::rt::{ApduStatus, FrameKind};
@@ -139,7 +138,7 @@ pub static GROUPS: &[Group] = &[
         },
     },
     Group {
-        needs: &[Need::Of(&manuals::PROFINET_IO)],
+        needs: &[Need::Profinet],
         deviations: bugs! {
             "im1-not-kept" "A write to I&M1 to I&M3 is accepted but not stored."
                 => |d| d.stack.record(|index, data| if IM1_TO_IM3.contains(&index) { data[6..].fill(b' ') });

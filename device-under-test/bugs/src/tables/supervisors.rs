@@ -6,13 +6,12 @@ use super::supervisors_state::{DropsWrites, EndsControllers, KeepsSupervisor, Re
 use super::{Deviation, Group};
 use crate::needs::Need;
 use device_stack::profinet::StackCheck;
-use reference_devices::manuals;
 use wire::profinet::alarm::{AlarmPriority, AlarmType};
 use wire::profinet::rpc::Opnum;
 use wire::profinet::status::RecordError;
 
 /// The deviations, by what they need.
-pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
+pub static GROUPS: &[Group] = &[Group { needs: &[Need::Profinet], deviations: BUGS }];
 
 const BUGS: &[Deviation] = bugs! {
     // Supervisors

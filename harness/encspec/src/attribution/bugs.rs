@@ -1,6 +1,6 @@
 //! What fails beyond the requirements that a bug breaks.
 
-use engine::{BenchError, DutKind, DutSpec, RunOptions, run};
+use engine::{BenchError, DutKind, DutSpec, RunOptions, Selection, run};
 use results::outcome::{CaseKind, CaseResult, Covered, DeviceRun, RunResult};
 use results::verdict::Verdict;
 use std::collections::{BTreeMap, BTreeSet};
@@ -47,7 +47,7 @@ pub struct ForeignFailure {
 }
 
 impl<'a> BugEffect<'a> {
-    /// Runs everything with this bug.
+    /// Runs every case of the manual itself with this bug; those of suites that the manual uses too are proven where they stand.
     ///
     /// # Errors
     ///
@@ -59,7 +59,7 @@ impl<'a> BugEffect<'a> {
             kind: DutKind::Model { deviations: vec![bug.name.clone()] },
         };
         let duts = manual.variants.iter().map(dut).collect();
-        let options = RunOptions { duts, threads, ..RunOptions::default() };
+        let options = RunOptions { duts, threads, selection: Selection::own(), ..RunOptions::default() };
         let result = run(slice::from_ref(manual), &options, &|_, _, _| {})?;
         Ok(BugEffect::from_run(bug, &result))
     }

@@ -69,9 +69,9 @@ impl SharedRequirements {
         self.groups.iter().map(|group| group.requirements.len()).sum()
     }
 
-    /// Their share of all requirements of the manual in percent.
+    /// Their share of the manual's own requirements in percent.
     pub fn percent(&self, manual: &Manual) -> f64 {
-        100.0 * self.shared() as f64 / manual.requirements.len().max(1) as f64
+        100.0 * self.shared() as f64 / manual.own_requirements().max(1) as f64
     }
 }
 
@@ -85,7 +85,7 @@ fn units(manual: &Manual) -> BTreeMap<String, BTreeSet<usize>> {
         }
     };
     for variant in &manual.variants {
-        for trial in &variant.trials {
+        for trial in variant.trials.iter().filter(|trial| manual.is_own(trial)) {
             let of_steps = step_abouts(trial);
             let whole: Vec<usize> = trial.covers.iter().copied().filter(|of| !of_steps.contains(of)).collect();
             add(trial.id.clone(), &whole);

@@ -142,6 +142,17 @@ fn write_manual_summary(out: &mut String, manual: &Manual) -> std::fmt::Result {
         count(rules, "rule", "rules"),
         count(manual.variants.len(), "variant", "variants")
     )?;
+    for suite in &manual.also {
+        let topics = suite.topics.len();
+        writeln!(
+            out,
+            "  it uses {} too: {} with {}; {} left out",
+            suite.name,
+            count(topics, "topic", "topics"),
+            count(suite.requirements.len(), "requirement", "requirements"),
+            count(suite.except.len(), "part is", "parts are")
+        )?;
+    }
     if manual.bugs.is_empty() {
         writeln!(out, "  it lists no bugs: nothing proves that its cases can fail")?;
     } else if !has_model(manual) {

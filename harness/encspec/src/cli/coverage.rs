@@ -5,7 +5,7 @@ use report::ExitStatus;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use suite::model::{Manual, RequirementClass, Trial};
+use suite::model::{GenericSuite, LeftOutPart, Manual, RequirementClass, Trial};
 use suite::reach::{self, Reach};
 
 pub(super) fn coverage(args: &CoverageArgs) -> CommandResult {
@@ -30,7 +30,43 @@ struct Coverage {
     uncovered: Vec<String>,
     /// Those of the uncovered requirements of which it is known what check is missing.
     no_check: Vec<Unreached>,
+    /// The suites that the manual uses too, whose requirements are among the others.
+    also: Vec<GenericCoverage>,
     live: LiveCoverage,
+}
+
+/// The part of the coverage that comes from a suite that the manual uses too.
+#[derive(Debug, Serialize)]
+struct GenericCoverage {
+    suite: String,
+    total: usize,
+    covered: usize,
+    /// What the manual leaves out, each with the reason and with the clause that says otherwise, if one does.
+    left_out: Vec<Unreached>,
+}
+
+impl GenericCoverage {
+    fn of(suite: &GenericSuite, covering: &[Vec<String>]) -> GenericCoverage {
+        let why = |of: &LeftOutPart| match &of.cites {
+            Some(clause) => format!("{clause}: {}", of.why),
+            None => of.why.clone(),
+        };
+        GenericCoverage {
+            suite: suite.name.clone(),
+            total: suite.requirements.len(),
+            covered: covering[suite.requirements.clone()].iter().filter(|cases| !cases.is_empty()).count(),
+            left_out: suite.except.iter().map(|of| Unreached { id: of.what.clone(), why: why(of) }).collect(),
+        }
+    }
+
+    fn text(&self, out: &mut String) {
+        let GenericCoverage { suite, total, covered, left_out } = self;
+        // Writing into a String cannot fail.
+        let _ = writeln!(out, "  of these from {suite}: {covered} of {total} requirements covered; left out:");
+        for Unreached { id, why } in left_out {
+            let _ = writeln!(out, "    {id}: {why}");
+        }
+    }
 }
 
 /// Where the covered requirements can be judged on a live device, each by the trial or rule that takes least.
@@ -81,6 +117,7 @@ impl Coverage {
             covered: testable - uncovered.len(),
             uncovered,
             no_check,
+            also: manual.also.iter().map(|suite| GenericCoverage::of(suite, &covering)).collect(),
             live: LiveCoverage::of(manual),
         }
     }
@@ -105,6 +142,7 @@ impl Coverage {
         for Unreached { id, why } in &self.no_check {
             let _ = writeln!(out, "    {id}: {why}");
         }
+        self.also.iter().for_each(|suite| suite.text(&mut out));
         self.live.text(&mut out);
         out
     }

@@ -113,6 +113,9 @@ fn requirement(out: &mut String, manual: &Manual, index: usize, of: &Requirement
     if let Some(ambiguity) = &of.ambiguity {
         let _ = writeln!(out, "  ambiguity  {ambiguity}");
     }
+    if let Some(suite) = manual.suite_of_requirement(index) {
+        let _ = writeln!(out, "  suite      {}, which this manual uses too", suite.name);
+    }
     for case in &cases {
         let _ = writeln!(out, "  covered by {}/{case}", manual.device.name);
     }
@@ -152,6 +155,12 @@ fn explain_case(out: &mut String, manual: &Manual, case: &ListedCase) {
     for name in &case.catches {
         let why = manual.bugs.iter().find(|bug| bug.name == *name).map_or("", |bug| &bug.why);
         let _ = writeln!(out, "  catches    {name}: {why}");
+    }
+    if let Some(suite) = &case.suite {
+        let _ = writeln!(
+            out,
+            "  suite      {suite}, which this manual uses too; its own reference device proves that the case can fail"
+        );
     }
     let _ = writeln!(out, "  written    {}", case.at);
     let id = case.id.split_once('/').map_or(case.id.as_str(), |(_, id)| id);

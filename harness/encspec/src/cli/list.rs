@@ -35,6 +35,9 @@ pub(super) struct ListedCase {
     pub covers: Vec<String>,
     pub catches: Vec<String>,
     pub variants: Vec<String>,
+    /// The suite that it comes from, if it is none of the manual's own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub suite: Option<String>,
     pub at: String,
 }
 
@@ -73,12 +76,17 @@ fn text(manual: &ListedManual<'_>) -> String {
         if case.variants.len() < manual.variants.len() {
             let _ = write!(out, " ({} only)", case.variants.join(", "));
         }
+        if let Some(suite) = &case.suite {
+            let _ = write!(out, " (from {suite})");
+        }
         let _ = writeln!(out, "\n    {}", case.why);
     }
     let of_kind = |kind| manual.cases.iter().filter(|case| case.kind == kind).count();
+    let taken = manual.cases.iter().filter(|case| case.suite.is_some()).count();
+    let taken = if taken == 0 { String::new() } else { format!(", {taken} of them from other suites") };
     let _ = writeln!(
         out,
-        "{}: {} cases and {} rules; variants: {}",
+        "{}: {} cases and {} rules{taken}; variants: {}",
         manual.id,
         of_kind("case"),
         of_kind("rule"),
@@ -106,6 +114,7 @@ fn selected(manual: &Manual, selection: &Selection) -> Vec<ListedCase> {
             let rules = rules.map(|of| (&of.id, &of.why, names(&of.covers), &of.catches, &of.at));
             let of_kind: Vec<_> = if kind == "case" { trials.collect() } else { rules.collect() };
             for (id, why, covers, catches, at) in of_kind {
+                let suite = manual.suite_of(id).map(|suite| suite.name.clone());
                 let id = format!("{}/{id}", manual.device.name);
                 match list.iter_mut().find(|known| known.id == id && known.kind == kind) {
                     Some(known) => known.variants.push(variant.name.clone()),
@@ -116,6 +125,7 @@ fn selected(manual: &Manual, selection: &Selection) -> Vec<ListedCase> {
                         covers,
                         catches: catches.clone(),
                         variants: vec![variant.name.clone()],
+                        suite,
                         at: format!("{}:{}", at.file.display(), at.line),
                     }),
                 }

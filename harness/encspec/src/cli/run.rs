@@ -295,10 +295,17 @@ impl RunRequest {
         devices: &mut Vec<DutSpec>,
         manuals: &[Manual],
     ) -> Result<(), CommandError> {
-        let has = |spec: &DutSpec, name: &String| {
+        let lists = |folder: &str, name: &String| {
+            let manual = manuals.iter().find(|manual| manual.device.name == folder);
+            manual.is_some_and(|manual| manual.bugs.iter().any(|bug| bug.name == *name))
+        };
+        let has =
+            |spec: &DutSpec, name: &String| lists(&spec.manual, name) || persona_bugs().any(|bug| bug.name == name);
+        // A suite that the manual uses too may list it; then it has to be asked for by the name of the device.
+        let can_have = |spec: &DutSpec, name: &String| {
             let manual = manuals.iter().find(|manual| manual.device.name == spec.manual);
-            let is_listed = manual.is_some_and(|manual| manual.bugs.iter().any(|bug| bug.name == *name));
-            is_listed || persona_bugs().any(|bug| bug.name == name)
+            manual.is_some_and(|manual| manual.also.iter().any(|suite| lists(&suite.name, name)))
+                && deviations::subject(&spec.manual).is_ok_and(|of| of.bugs().any(|bug| bug.name == name))
         };
         let varies = |spec: &DutSpec, name: &String| {
             deviations::subject(&spec.manual).is_ok_and(|of| of.variations_of(name).is_some())
@@ -311,7 +318,7 @@ impl RunRequest {
             }
         }
         for spec in devices.iter() {
-            if let Some(bug) = self.bugs.iter().find(|bug| !has(spec, bug)) {
+            if let Some(bug) = self.bugs.iter().find(|bug| !has(spec, bug) && !can_have(spec, bug)) {
                 return Err(CommandError::usage(format!("{} has no bug `{bug}`", spec.manual)));
             }
             if let Some(variation) = self.variations.iter().find(|variation| !varies(spec, variation)) {

@@ -392,8 +392,14 @@ fn at_least_95_percent_of_the_requirements_are_covered() {
         let number = |key: &str| manual[key].as_u64().expect("a number");
         let uncovered = &manual["uncovered"];
         assert!(number("covered") * 100 >= number("testable") * 95, "{}: {uncovered}", manual["id"]);
+        // What a manual leaves out of a suite that it uses too has a reason each; here its own requirements count.
+        let others = |key: &str| -> u64 {
+            let also = manual["also"].as_array().into_iter().flatten();
+            also.map(|suite| suite[key].as_u64().expect("a number")).sum()
+        };
+        let left_out = number("total") - number("testable") - (others("total") - others("covered"));
         assert!(
-            (number("total") - number("testable")) * 10 < number("total"),
+            left_out * 10 < number("total") - others("total"),
             "{}: too many are untestable or out of scope",
             manual["id"]
         );

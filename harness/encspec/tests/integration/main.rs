@@ -7,6 +7,7 @@
 mod common;
 
 mod against;
+mod also;
 mod attributed_failures;
 mod attribution;
 mod bench_file;

@@ -30,7 +30,7 @@ const FREE: [&str; 13] = [
     "question",
 ];
 /// Keys of mappings whose values are free text.
-const FREE_VALUES: [&str; 7] = ["faults", "buttons", "counters", "omit", "finding", "masks", "called"];
+const FREE_VALUES: [&str; 8] = ["faults", "buttons", "counters", "omit", "except", "finding", "masks", "called"];
 
 /// The pseudo key of a list in brackets.
 const LIST: &str = "-";

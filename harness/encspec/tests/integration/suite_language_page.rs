@@ -54,6 +54,8 @@ const GROUPS: [(&str, &[&str]); 5] = [
             "PAGE_VALUE",
             "CHANGED",
             "VARIANT_IDENTIFICATION",
+            "ALSO",
+            "CONTRADICTED",
             "CODES",
             "SOURCED_DATUM",
             "SLAVE",

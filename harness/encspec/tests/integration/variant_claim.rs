@@ -115,7 +115,14 @@ fn finding(manual: &Manual, claimed: &SuiteVariant, is: &SuiteVariant, deviation
         idents.fill(reported);
     }
     let (requirements, bugs) = (manual.requirements.clone(), manual.bugs.clone());
-    let read = Manual { device: Arc::new(device), requirements, bugs, variants: Vec::new(), unused: Vec::new() };
+    let read = Manual {
+        device: Arc::new(device),
+        requirements,
+        bugs,
+        variants: Vec::new(),
+        unused: Vec::new(),
+        also: Vec::new(),
+    };
     let readings = variant_readings(&read, claimed, &dut).expect("a model can be read");
     let claimed = manual.variants.iter().position(|variant| variant.name == claimed.name).expect("it is a variant");
     refuted_claim(&manual.device, claimed, &readings).map(|finding| finding.text)

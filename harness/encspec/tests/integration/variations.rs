@@ -133,7 +133,7 @@ fn is_caught_on(manual: &Manual, variant: &SuiteVariant, bug: &Bug, combination:
         by_rule || (catches(&trial.catches) && outcome.case.verdict == Verdict::Fail)
     };
     let (catching, others): (Vec<&Trial>, Vec<&Trial>) =
-        variant.trials.iter().partition(|trial| catches(&trial.catches));
+        variant.trials.iter().filter(|trial| manual.is_own(trial)).partition(|trial| catches(&trial.catches));
     catching.into_iter().any(fails) || (catching_rules().any(|catches| catches) && others.into_iter().any(fails))
 }
 

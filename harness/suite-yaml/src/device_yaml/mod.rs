@@ -3,6 +3,7 @@
 //! Lengths are compared with widths, words with their tables, names with each other. Expressions over start parameters
 //! (`derived`, `position_in`) stay text here; they are compiled with the name table.
 
+mod also_keys;
 mod changes;
 mod cyclic;
 mod pages;
@@ -12,6 +13,7 @@ mod rest;
 mod times;
 mod variants;
 
+pub(crate) use also_keys::{also, contradicted};
 pub(crate) use cyclic::field;
 pub use pages::{fields, path};
 pub(crate) use plain::sourced_datum;
@@ -74,6 +76,7 @@ key_set! {
         changes may Keys(&changed::KEYS), "What changes the device for good.";
         variant_identification may Keys(&variant_identification::KEYS), "How a device shows which variant it is.";
         pages may Map(&Keys(&page::KEYS)), "Its web pages.";
+        also may Map(&Keys(&also::KEYS)), "Suites for any device of this kind that the manual uses too, by the names of their folders.";
     }
 }
 

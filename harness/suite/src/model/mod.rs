@@ -2,12 +2,14 @@
 //!
 //! The engine, the replay and the listings use this model and read no YAML.
 
+mod also;
 mod condition;
 mod reach;
 mod request;
 mod steps;
 
 pub use super::device::AnswerPart;
+pub use also::{GenericSuite, LeftOutPart};
 pub use condition::{
     BlockObservation, Condition, ConditionPart, Matcher, PartTest, RuleBody, SequenceEntry, SuiteRule,
 };
@@ -40,6 +42,8 @@ pub struct Manual {
     pub variants: Vec<SuiteVariant>,
     /// Definitions that nothing uses, for `encspec check`.
     pub unused: Vec<(String, Location)>,
+    /// The suites that the manual uses too; their requirements and trials stand among its own, after these.
+    pub also: Vec<GenericSuite>,
 }
 
 /// The compiled suites of one variant of a device.
