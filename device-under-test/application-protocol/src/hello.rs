@@ -163,6 +163,7 @@ impl DescribedIoDevice {
             im_version: [1, 1],
             im_supported: self.im_supported,
             boot_time: Duration::from_millis(self.boot_ms),
+            has_fast_start_up: false,
         }
     }
 

@@ -88,7 +88,7 @@ pub enum ObservedName {
 }
 
 /// The parts of an event that are recorded. Sequence numbers are not: they depend on what was before.
-const EVENTS: [(EventName, &str); 14] = [
+const EVENTS: [(EventName, &str); 16] = [
     (EventName::AlarmError, "alarm.error"),
     (EventName::AlarmChange, "alarm.change"),
     (EventName::AlarmSeverity, "alarm.severity"),
@@ -103,6 +103,8 @@ const EVENTS: [(EventName, &str); 14] = [
     (EventName::LldpName, "lldp.name"),
     (EventName::LldpPort, "lldp.port"),
     (EventName::LldpTtl, "lldp.ttl"),
+    (EventName::HelloName, "hello.name"),
+    (EventName::HelloIp, "hello.ip"),
 ];
 
 /// The last values of what is recorded.

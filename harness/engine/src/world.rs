@@ -429,7 +429,10 @@ impl<'a> TrialWorld<'a> {
         }
         let view = self.scene.view(tick);
         // Rules are judged on connections; LLDP announcements and diagnoses also come without one.
-        let is_beside = matches!(self.scene.follower.image.happening, CurrentEvent::Lldp(_) | CurrentEvent::Diagnosis);
+        let is_beside = matches!(
+            self.scene.follower.image.happening,
+            CurrentEvent::Lldp(_) | CurrentEvent::Hello(_) | CurrentEvent::Diagnosis
+        );
         if from == TickSource::Wire && (self.scene.follower.ar().is_some() || !is_beside) {
             self.judges.rules.tick(&view, None);
         }
@@ -565,6 +568,7 @@ pub fn happening(happening: &CurrentEvent) -> String {
             format!("an abort with PNIO status {}", wire::profinet::status::PnioStatus::from(*code))
         }
         CurrentEvent::Lldp(_) => "an LLDP announcement".into(),
+        CurrentEvent::Hello(_) => "a Hello".into(),
         CurrentEvent::Diagnosis => "a diagnosis".into(),
     }
 }

@@ -1,6 +1,6 @@
 //! Follows consecutive connections of a device: turns observations into ticks and updates the image.
 
-use super::image::{ConnectionImage, CurrentEvent, ObservedAlarm, ObservedLldp, Placement};
+use super::image::{ConnectionImage, CurrentEvent, ObservedAlarm, ObservedHello, ObservedLldp, Placement};
 use super::{JudgeTick, TickKind};
 use crate::observe::{Address, ArId, Dp, FrameDirection, Leaving, Observation, ObservedAr};
 use station::Time;
@@ -9,6 +9,7 @@ use wire::ethernet::Mac;
 use wire::lldp::{Lldp, Tlv};
 use wire::profibus::fdl::BROADCAST;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority};
+use wire::profinet::dcp::{Dcp, DcpValue, ServiceId};
 use wire::profinet::diagnosis::AlarmItem;
 
 /// The effect of an observation on the followed connection.
@@ -84,6 +85,10 @@ impl Follower {
                     let is_device = |mac: Mac| self.is_device(ars, Address::Mac(mac));
                     let is_device = is_device(*source) || observed.mac.is_some_and(is_device);
                     if is_device { self.happened(CurrentEvent::Lldp(observed), event) } else { None }
+                }
+                Observation::Dcp { source, pdu, .. } if pdu.service_id == ServiceId::HELLO => {
+                    let is_device = self.is_device(ars, Address::Mac(*source));
+                    if is_device { self.happened(CurrentEvent::Hello(said(pdu)), event) } else { None }
                 }
                 Observation::Aborted { ar, direction, status } if Some(*ar) == self.starved => {
                     self.starved = None;
@@ -180,6 +185,19 @@ fn abort(direction: FrameDirection, code: u32) -> CurrentEvent {
         FrameDirection::ToController => CurrentEvent::Abort(code),
         FrameDirection::ToDevice => CurrentEvent::Nothing,
     }
+}
+
+/// The values of `hello.*` for a Hello.
+fn said(pdu: &Dcp) -> ObservedHello {
+    let mut observed = ObservedHello::default();
+    for block in pdu.blocks() {
+        match &block.value {
+            DcpValue::NameOfStation(name) => observed.name = Some(String::from_utf8_lossy(name).into_owned()),
+            DcpValue::IpParameter(ip) => observed.ip = Some(ip.address.octets()),
+            _ => {}
+        }
+    }
+    observed
 }
 
 /// The values of `lldp.*` for an LLDP frame.

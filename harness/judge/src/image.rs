@@ -93,6 +93,15 @@ pub struct ObservedLldp {
     pub octets: Vec<u8>,
 }
 
+/// The values of `hello.*`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ObservedHello {
+    /// `hello.name`.
+    pub name: Option<String>,
+    /// `hello.ip`.
+    pub ip: Option<[u8; 4]>,
+}
+
 /// The event at this instant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum CurrentEvent {
@@ -105,6 +114,8 @@ pub enum CurrentEvent {
     Abort(u32),
     /// The device sent an LLDP frame.
     Lldp(ObservedLldp),
+    /// The device said Hello by DCP.
+    Hello(ObservedHello),
     /// The device sent its diagnosis, which is stored in the image.
     Diagnosis,
 }

@@ -150,8 +150,11 @@ impl NameView<'_> {
             CurrentEvent::Nothing => false,
             CurrentEvent::Abort(_) => matches!(event, EventName::Abort | EventName::AbortCode),
             CurrentEvent::Lldp(_) => event.is_lldp(),
+            CurrentEvent::Hello(_) => event.is_hello(),
             CurrentEvent::Diagnosis => false,
-            CurrentEvent::Alarm(_) => !matches!(event, EventName::Abort | EventName::AbortCode) && !event.is_lldp(),
+            CurrentEvent::Alarm(_) => {
+                !matches!(event, EventName::Abort | EventName::AbortCode) && !event.is_lldp() && !event.is_hello()
+            }
         }
     }
 
@@ -350,11 +353,15 @@ impl NameView<'_> {
         let happening = &self.image.happening;
         let alarm = match happening {
             CurrentEvent::Alarm(alarm) => Some(alarm),
-            CurrentEvent::Nothing | CurrentEvent::Abort(_) | CurrentEvent::Lldp(_) | CurrentEvent::Diagnosis => None,
+            _ => None,
         };
         let lldp = match happening {
             CurrentEvent::Lldp(lldp) => Some(lldp),
-            CurrentEvent::Nothing | CurrentEvent::Abort(_) | CurrentEvent::Alarm(_) | CurrentEvent::Diagnosis => None,
+            _ => None,
+        };
+        let hello = match happening {
+            CurrentEvent::Hello(hello) => Some(hello),
+            _ => None,
         };
         match name {
             EventName::Alarm => (alarm.is_some() || self.image.stands()).then_some(Value::Bit(alarm.is_some())),
@@ -366,6 +373,9 @@ impl NameView<'_> {
             EventName::LldpMac => lldp?.mac.map(|mac| Value::bytes(&mac.0[..])),
             EventName::LldpTtl => lldp?.ttl.map(Value::whole),
             EventName::LldpBytes => lldp.map(|lldp| Value::bytes(lldp.octets.as_slice())),
+            EventName::Hello => Some(Value::Bit(hello.is_some())),
+            EventName::HelloName => hello?.name.as_deref().map(Value::text),
+            EventName::HelloIp => hello?.ip.map(Value::Address),
             EventName::LldpSource => lldp?.source.map(|mac| Value::bytes(&mac.0[..])),
             EventName::AlarmChange => alarm?.change.map(|word| Value::Word(word.into())),
             EventName::AlarmError => alarm?.error.map(|word| Value::Word(word.into())),

@@ -663,6 +663,12 @@ pub enum EventName {
     LldpTtl,
     /// `lldp.bytes`.
     LldpBytes,
+    /// `hello`.
+    Hello,
+    /// `hello.name`.
+    HelloName,
+    /// `hello.ip`.
+    HelloIp,
 }
 
 impl EventName {
@@ -670,5 +676,10 @@ impl EventName {
     pub fn is_lldp(self) -> bool {
         use EventName::{Lldp, LldpBytes, LldpChassis, LldpMac, LldpName, LldpPort, LldpSource, LldpTtl};
         matches!(self, Lldp | LldpName | LldpChassis | LldpPort | LldpMac | LldpSource | LldpTtl | LldpBytes)
+    }
+
+    /// Whether it is a Hello of DCP.
+    pub fn is_hello(self) -> bool {
+        matches!(self, EventName::Hello | EventName::HelloName | EventName::HelloIp)
     }
 }

@@ -24,6 +24,7 @@ pub mod dp_station;
 pub mod frame_status;
 mod frame_status_state;
 pub mod handshakes;
+pub mod hello;
 pub mod ip_packets;
 mod ip_packets_state;
 pub mod isochronous;
@@ -74,6 +75,7 @@ pub static GROUPS: &[&[Group]] = &[
     codes::GROUPS,
     connect_fields::GROUPS,
     connection_records::GROUPS,
+    hello::GROUPS,
     dcp_options::GROUPS,
     diagnosis::GROUPS,
     slave_bugs::dp_alarms::GROUPS,

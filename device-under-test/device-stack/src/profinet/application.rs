@@ -218,6 +218,8 @@ pub struct IoIdentity {
     pub im_supported: u16,
     /// Time from power-up to the first frame.
     pub boot_time: core::time::Duration,
+    /// It has record 0x8090, and says Hello only as that record says; otherwise it says Hello once it is linked.
+    pub has_fast_start_up: bool,
 }
 
 /// A submodule that can be plugged, with its module.

@@ -117,6 +117,17 @@ pub enum StackCheck<'a> {
     PeerStation,
     /// The neighbour is connected with the expected one of its ports.
     PeerPort,
+    /// The device says Hello: after its start, or because its cable was plugged in.
+    SaysHello {
+        /// After its start.
+        at_start: bool,
+    },
+    /// The first Hello waits for the delay of record 0x8090.
+    DelayedHello,
+    /// This Hello is the last one.
+    LastHello,
+    /// Record 0x8090 is kept over a loss of power.
+    KeepsFastStartUp,
     /// A record of a port has the right block.
     PortBlock,
     /// A record of a port names the port that it is written to.

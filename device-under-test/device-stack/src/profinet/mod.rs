@@ -16,6 +16,7 @@ mod cyclic;
 mod dcp;
 mod device;
 mod diagnosis;
+mod fast_start_up;
 mod hooks;
 mod ip;
 mod lldp;

@@ -38,6 +38,7 @@ enum StackRecord {
     Connections,
     LogBook,
     Interface,
+    FastStartUp,
     Physical,
 }
 
@@ -77,6 +78,7 @@ fn record(index: u16) -> Option<(RecordReach, StackRecord)> {
         0x802F => StackRecord::PortParameters(PortRecord::Adjust),
         0xF830 => StackRecord::LogBook,
         0x8080 => StackRecord::Interface,
+        0x8090 => StackRecord::FastStartUp,
         0xF841 => StackRecord::Physical,
         IM0..=IM3 => StackRecord::Im(index - IM0),
         _ => return None,
@@ -198,6 +200,7 @@ impl Stack {
             StackRecord::Port => self.port(place).ok_or(RecordError::INVALID_INDEX)?.write(out),
             StackRecord::Interface if place.subslot != INTERFACE_SUBSLOT => return Err(RecordError::INVALID_INDEX),
             StackRecord::Interface => self.interface().write(out),
+            StackRecord::FastStartUp => out.extend(self.read_fast_start_up(place)?),
             StackRecord::Physical => self.physical().iter().for_each(|block| block.write(out)),
             StackRecord::Im(number) => {
                 let text = self.retained.texts.get(&self.identity, number);
@@ -232,6 +235,9 @@ impl Stack {
         self.check_place(access)?;
         if let StackRecord::PortParameters(record) = subject {
             return self.write_port(access.into(), record, data);
+        }
+        if subject == StackRecord::FastStartUp {
+            return self.write_fast_start_up(access.into(), data);
         }
         let StackRecord::Im(number @ 1..) = subject else { return Err(RecordError::ACCESS_DENIED) };
         if self.retained.texts.get(&self.identity, number).is_none() {

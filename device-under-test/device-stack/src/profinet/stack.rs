@@ -6,6 +6,7 @@ use super::cm::application_ready;
 use super::cyclic::ProviderState;
 use super::dcp::DcpState;
 use super::diagnosis::PendingDiagnoses;
+use super::fast_start_up::FastStartUp;
 use super::hooks::{ArEvent, AttachedStackHooks, StackCheck, StackView, StationLoad};
 use super::ip::{IpStack, RpcSocket};
 use super::lldp::{LldpAgent, LldpMacs, LldpNeighbour};
@@ -44,6 +45,8 @@ pub(super) struct RetainedStackData {
     hooks: AttachedStackHooks,
     /// The texts I&M1 to I&M3.
     pub texts: ImTexts,
+    /// The last record 0x8090.
+    pub fast_start_up: FastStartUp,
     connections: u32,
 }
 
@@ -51,7 +54,14 @@ impl RetainedStackData {
     /// Factory state.
     pub(super) fn new(specimen_mac: Mac, hooks: AttachedStackHooks) -> RetainedStackData {
         let mac = hooks.apply(specimen_mac, |hooks, mac| hooks.mac(mac));
-        RetainedStackData { mac, specimen_mac, hooks, texts: ImTexts::default(), connections: 0 }
+        RetainedStackData {
+            mac,
+            specimen_mac,
+            hooks,
+            texts: ImTexts::default(),
+            fast_start_up: FastStartUp::default(),
+            connections: 0,
+        }
     }
 
     /// A new connection number.
@@ -104,11 +114,11 @@ impl Stack {
         let identity = hooked_identity(&retained.hooks, application.identity());
         let mut ip = IpStack::new(now, retained.mac, &retained.hooks);
         ip.configure(&station);
-        Stack {
+        let mut stack = Stack {
             hooks: retained.hooks.clone(),
             station,
             stored,
-            dcp: DcpState::new(now),
+            dcp: DcpState::default(),
             plugged: PluggedConfiguration::new(application.plugs(), &identity, &retained.hooks),
             diagnoses: PendingDiagnoses::default(),
             ars: Vec::new(),
@@ -121,7 +131,13 @@ impl Stack {
             port_parameters: Vec::new(),
             log_book: Vec::new(),
             retained,
+        };
+        if !stack.hooks.check(StackCheck::KeepsFastStartUp, true) {
+            stack.retained.fast_start_up = FastStartUp::default();
         }
+        let settings = stack.hello_settings(true);
+        stack.dcp.announce(now, settings);
+        stack
     }
 
     /// The data that survive a loss of power.
@@ -138,7 +154,8 @@ impl Stack {
     /// The cable was plugged in: announces the device by LLDP and DCP Hello.
     pub(super) fn announce(&mut self, now: Time) {
         self.lldp.restart(now);
-        self.dcp.announce(now);
+        let settings = self.hello_settings(false);
+        self.dcp.announce(now, settings);
     }
 
     /// Whether the LED flashes for DCP Signal.

@@ -92,5 +92,6 @@ pub fn identity(facts: &ManualFacts, variant: &EncoderVariant, mac: [u8; 6]) -> 
         im_version: [1, 1],
         im_supported: facts.identity.im_supported,
         boot_time: facts.timing.boot,
+        has_fast_start_up: false,
     }
 }

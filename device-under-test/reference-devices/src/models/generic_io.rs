@@ -80,6 +80,7 @@ impl GenericIoDevice {
             im_version: [1, 1],
             im_supported: 0b1110,
             boot_time: BOOT,
+            has_fast_start_up: true,
         };
         GenericIoDevice {
             identity,

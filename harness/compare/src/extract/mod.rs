@@ -392,7 +392,11 @@ impl<'m> ConversationState<'m> {
     fn event(&mut self, tick: JudgeTick) {
         let said = match &self.follower.image.happening {
             CurrentEvent::Alarm(alarm) => alarm_words(self.device, alarm),
-            CurrentEvent::Abort(_) | CurrentEvent::Lldp(_) | CurrentEvent::Diagnosis | CurrentEvent::Nothing => return,
+            CurrentEvent::Abort(_)
+            | CurrentEvent::Lldp(_)
+            | CurrentEvent::Hello(_)
+            | CurrentEvent::Diagnosis
+            | CurrentEvent::Nothing => return,
         };
         self.conversation.events.push(DeviceEvent { at: tick.time, frame: tick.frame, said });
     }

@@ -76,6 +76,13 @@ impl AccessPoint {
     }
 }
 
+impl AccessPoint {
+    /// Whether the device says Hello where record 0x8090 has it do so.
+    pub fn has_hello(&self) -> bool {
+        self.features.iter().any(|(name, value)| name == "DCP_HelloSupported" && matches!(value.as_str(), "true" | "1"))
+    }
+}
+
 /// A module or submodule of the file that can be plugged, and its slots or subslots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PluggableItem {

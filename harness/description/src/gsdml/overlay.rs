@@ -192,11 +192,15 @@ impl<'w> OverlayBuilder<'w> {
         }
     }
 
-    /// Takes over whether the device has SNMP.
+    /// Takes over whether the device has SNMP, and whether it says Hello.
     fn snmp(&mut self) {
         let read = unanimous(self.points.iter().map(|point| Some(point.has_snmp())));
         if let (Some(has_snmp), Some(facts)) = (read, self.device.bus.profinet_mut()) {
             facts.has_snmp = has_snmp;
+        }
+        let read = unanimous(self.points.iter().map(|point| Some(point.has_hello())));
+        if let (Some(has_hello), Some(facts)) = (read, self.device.bus.profinet_mut()) {
+            facts.has_hello = has_hello;
         }
     }
 

@@ -228,6 +228,10 @@ impl<'a> RunningTrial<'a> {
             let verdict = trouble.verdict.unwrap_or(Verdict::Inconclusive);
             return Some((verdict, failure::failure(self, None, trouble, &[])));
         }
+        if let Err(trouble) = self.check_hello() {
+            // Nothing was done, so there is nothing to put back.
+            return Some((Verdict::NotApplicable, failure::failure(self, None, trouble, &[])));
+        }
         let decided = self.test().err().map(|(trouble, step)| {
             let verdict = trouble.verdict.unwrap_or(Verdict::Fail);
             let about = self.failed_about.clone();

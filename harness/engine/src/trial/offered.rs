@@ -7,10 +7,13 @@ use super::step_error::{BoxedStepError, StepError, StepResult};
 use judge::answer::{NegativeResponse, ReceivedReply};
 use results::outcome::FailureCause;
 use results::verdict::Verdict;
-use suite::device::RecordField;
-use suite::model::{AcyclicAccess, AnswerPart, ConnectionStart, TrialStep};
+use suite::device::{NameId, NameKind, RecordField};
+use suite::model::{AcyclicAccess, AcyclicService, AnswerPart, ConnectionStart, TrialStep, Verb};
+use suite::scan;
 use wire::profidrive::{ErrorNumber, ParameterAddress, ParameterRequest, ParameterResponse};
 
+/// PDInterfaceFSUDataAdjust, the record that switches the Hello on.
+const FAST_START_UP: u16 = 0x8090;
 /// The list of the parameters of a drive object: PROFIdrive profile, P980.
 const LIST: u16 = 980;
 /// The longest list that is read.
@@ -65,6 +68,23 @@ impl RunningTrial<'_> {
                 "The device does not have SNMP: its GSDML does not list it in SupportedProtocols and claims no conformance class above A."
                     .to_owned(),
             )),
+        }
+    }
+
+    /// Checks that a device whose Hello the trial waits for says one.
+    pub fn check_hello(&self) -> StepResult {
+        let names = &self.world.variant.names;
+        let is_hello =
+            |name: &NameId| matches!(names.get(name.0 as usize), Some(NameKind::Event(event)) if event.is_hello());
+        let has_hello = self.world.manual.device.profinet().is_some_and(|facts| facts.has_hello);
+        let writes = |step: &TrialStep| matches!(&step.verb, Verb::Send { service: AcyclicService::RecordWrite { at, .. }, .. } if at.index == FAST_START_UP);
+        let mut asks = scan::names(&self.trial.how().steps).iter().any(is_hello);
+        scan::each_step_of(self.trial, &mut |step| asks |= writes(step));
+        match asks && !has_hello {
+            false => Ok(()),
+            true => {
+                Err(not_applicable("The device says no Hello: its GSDML does not claim DCP_HelloSupported.".to_owned()))
+            }
         }
     }
 

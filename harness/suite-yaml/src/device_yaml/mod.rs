@@ -60,6 +60,7 @@ key_set! {
         printed may Map(&Keys(&printed::KEYS)), "Times and tolerances that the manual prints.";
         rt_class may Whole(1, 2), "The class of its cyclic frames, 1 or 2 (PROFINET); 1 by default.";
         snmp may Flag, "It has an SNMP agent: its GSDML lists SNMP in SupportedProtocols, or claims conformance class B or above (PROFINET).";
+        hello may Flag, "It says Hello as record 0x8090 says: its GSDML has DCP_HelloSupported (PROFINET).";
         constants may Map(&PerVariant(&Number)), "One number, or one for each variant.";
         words may Map(&WordTable), "Tables of words and their numbers.";
         derived may Map(&Condition), "Expressions over start parameters and constants.";
@@ -203,13 +204,19 @@ impl<'n> DeviceReader<'n> {
             },
         };
         let has_snmp = flag(self.top, &device::snmp)?;
+        let has_hello = flag(self.top, &device::hello)?;
         let network = self.kept(|of| of.top.get(&device::network).map_or(Ok(Vec::new()), network));
         let timing = self.timing();
         let bus = match slave {
-            None => {
-                ProfinetFacts { identity: self.identity()?, rt_class, network, has_snmp, parameter_point: access.point }
-                    .into()
+            None => ProfinetFacts {
+                identity: self.identity()?,
+                rt_class,
+                network,
+                has_snmp,
+                has_hello,
+                parameter_point: access.point,
             }
+            .into(),
             Some(WiredSlave { address, set_prm, diagnosis }) => {
                 let (ident, ident_origin) = self.ident()?;
                 let parameter_slot = access.slot;
@@ -423,7 +430,7 @@ impl NameScope for Constants<'_> {
 }
 
 /// First parts of the names that every device has; nothing else can have them.
-pub const RESERVED: [&str; 26] = [
+pub const RESERVED: [&str; 27] = [
     "io",
     "connection",
     "diag",
@@ -442,6 +449,7 @@ pub const RESERVED: [&str; 26] = [
     "alarm",
     "abort",
     "lldp",
+    "hello",
     "answer",
     "page",
     "bench",

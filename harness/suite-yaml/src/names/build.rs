@@ -70,7 +70,7 @@ impl Names<'_> {
                 "power" | "link" | "device" | "shaft" | "fault" | "button" | "switch" | "supply" | "led" | "counter",
                 _,
             ) => self.stand(head, rest),
-            ("alarm" | "abort" | "lldp", _) => self.event(head, rest),
+            ("alarm" | "abort" | "lldp" | "hello", _) => self.event(head, rest),
             ("answer", rest) => self.answer(rest),
             ("page", Some(rest)) => Some(self.page(rest)),
             ("bench", Some(rest)) => bench(rest),
@@ -382,6 +382,9 @@ impl Names<'_> {
             ("lldp", Some("mac")) => event(EventName::LldpMac, Type::Bytes),
             ("lldp", Some("ttl")) => event(EventName::LldpTtl, Type::whole(16, false)),
             ("lldp", Some("bytes")) => event(EventName::LldpBytes, Type::Bytes),
+            ("hello", None) => event(EventName::Hello, Type::Bit),
+            ("hello", Some("name")) => event(EventName::HelloName, Type::Text),
+            ("hello", Some("ip")) => event(EventName::HelloIp, Type::Address),
             ("lldp", Some("source")) => event(EventName::LldpSource, Type::Bytes),
             _ => None,
         }

@@ -7,7 +7,7 @@ use suite::device::{BenchName, DiagnosisName, NameKind, StationName};
 use suite::words;
 
 /// Names of PROFINET by their first part, where all that begin so are.
-const HEADS_OF_PROFINET: [&str; 4] = ["alarm", "abort", "lldp", "page"];
+const HEADS_OF_PROFINET: [&str; 5] = ["alarm", "abort", "lldp", "hello", "page"];
 /// The same below `io`.
 const IO_OF_PROFINET: [&str; 7] = [
     "output_status",

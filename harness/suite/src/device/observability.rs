@@ -83,7 +83,7 @@ impl NameKind {
             N::Elapsed => sample(UpdatedAt::Always, VisibleIn::Event),
             N::DiagnosisPending => hidden(UpdatedAt::Input),
             N::Diagnosis(_) => hidden(UpdatedAt::Diagnosis),
-            N::Event(event) if event.is_lldp() => {
+            N::Event(event) if event.is_lldp() || event.is_hello() => {
                 Observability { is_beyond_samples: true, ..observed(UpdatedAt::Event, VisibleIn::Event) }
             }
             N::Event(EventName::Abort | EventName::AbortCode) => observed(UpdatedAt::Event, VisibleIn::Event),

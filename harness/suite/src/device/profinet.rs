@@ -13,6 +13,8 @@ pub struct ProfinetFacts {
     pub network: Vec<(u16, u32)>,
     /// Whether it has an SNMP agent; without one a case that asks it is not applicable.
     pub has_snmp: bool,
+    /// Whether it says Hello after record 0x8090; a case that waits for a Hello is not applicable without it.
+    pub has_hello: bool,
     /// The submodule with the parameter access point (MAP/PAP), as an index into [`DeviceDescription::submodules`](super::DeviceDescription::submodules);
     /// `None`: the submodule of the current module that the start-up records are written to.
     pub parameter_point: Option<usize>,

@@ -23,6 +23,8 @@ const OLD_PARAMETER_ACCESS: u16 = 0x002F;
 const CALL_HEADER: usize = 4;
 /// Record indices of I&M1 to I&M4, which are stored in the device.
 const KEPT_RECORDS: RangeInclusive<u16> = 0xAFF1..=0xAFF4;
+/// PDInterfaceFSUDataAdjust, which every device keeps as well.
+const FAST_START_UP: u16 = 0x8090;
 
 /// The needs of a trial.
 pub(super) fn trial(manual: &Manual, variant: &SuiteVariant, trial: &Trial) -> Vec<BenchNeed> {
@@ -511,7 +513,7 @@ impl<'a> Scan<'a> {
         if [self.manual.device.parameter_access.index, OLD_PARAMETER_ACCESS].contains(&index) {
             return self.parameter_request(bytes, times);
         }
-        let kept = KEPT_RECORDS.contains(&index);
+        let kept = KEPT_RECORDS.contains(&index) || index == FAST_START_UP;
         let record = self.manual.device.records.iter().position(|record| record.index == index);
         let said = record.is_some_and(|of| self.manual.device.changes.nvm_write.contains(&Changed::Record(of)));
         self.changes(|changed| record.is_some_and(|of| *changed == Changed::Record(of)), times);

@@ -3,6 +3,7 @@
 mod set;
 mod values;
 
+use super::fast_start_up::HelloSettings;
 use super::hooks::StackCheck;
 use super::stack::{Stack, StackEnv};
 use crate::earlier;
@@ -16,12 +17,20 @@ use wire::profinet::dcp::{
 use wire::profinet::rt::FrameId;
 
 /// The state of DCP: delayed responses, a transaction, a flashing LED, a Hello that is due.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct DcpState {
     waiting: Vec<DelayedResponse>,
     transaction: Option<DcpTransaction>,
     signals_until: Option<Time>,
-    hello: Option<Time>,
+    hello: Option<HelloSchedule>,
+}
+
+/// A Hello that is due.
+#[derive(Debug)]
+struct HelloSchedule {
+    due: Time,
+    interval: Duration,
+    repetitions: u32,
 }
 
 #[derive(Debug)]
@@ -51,14 +60,13 @@ impl DcpState {
     /// How long a transaction waits for its Stop.
     const TRANSACTION: Duration = Duration::from_secs(3);
 
-    /// The state after the start: only the Hello is due.
-    pub(super) fn new(now: Time) -> DcpState {
-        DcpState { waiting: Vec::new(), transaction: None, signals_until: None, hello: Some(now) }
-    }
-
-    /// Sends the Hello again at `now`.
-    pub(super) fn announce(&mut self, now: Time) {
-        self.hello = Some(now);
+    /// The device is linked from `now` on, and says Hello if `settings` has it do so.
+    pub(super) fn announce(&mut self, now: Time, settings: Option<HelloSettings>) {
+        self.hello = settings.map(|HelloSettings { delay, interval, repetitions }| HelloSchedule {
+            due: now + delay,
+            interval,
+            repetitions,
+        });
     }
 
     /// Whether the LED flashes.
@@ -70,7 +78,7 @@ impl DcpState {
     pub(super) fn due(&self) -> Option<Time> {
         let waiting = self.waiting.iter().map(|waiting| waiting.due).min();
         let transaction = self.transaction.as_ref().and_then(|transaction| transaction.expires);
-        earlier(waiting, earlier(transaction, self.hello))
+        earlier(waiting, earlier(transaction, self.hello.as_ref().map(|hello| hello.due)))
     }
 }
 
@@ -145,8 +153,11 @@ impl Stack {
         }
         let transaction = self.dcp.transaction.take();
         self.dcp.transaction = transaction.filter(|transaction| transaction.expires.is_none_or(|at| at > env.now));
-        if self.dcp.hello.is_some_and(|due| due <= env.now) {
-            self.dcp.hello = None;
+        if let Some(HelloSchedule { due, interval, repetitions }) = self.dcp.hello.take_if(|hello| hello.due <= env.now)
+        {
+            let is_last = self.hooks.check(StackCheck::LastHello, repetitions == 0);
+            let repetitions = repetitions.saturating_sub(1);
+            self.dcp.hello = (!is_last).then(|| HelloSchedule { due: due + interval, interval, repetitions });
             let blocks = self.hello_blocks();
             Dcp::hello(env.now.as_nanos() as u32, blocks).write_frame_to(
                 Mac::DCP_HELLO_MULTICAST,

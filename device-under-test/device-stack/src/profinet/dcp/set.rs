@@ -3,6 +3,7 @@
 //! A name or address that differs from the one in use ends all connections. Setting the same value again has no
 //! effect.
 
+use super::super::fast_start_up::FastStartUp;
 use super::super::hooks::StackCheck;
 use super::super::maintenance::ImTexts;
 use super::super::stack::{Stack, StackEnv};
@@ -190,6 +191,9 @@ impl Stack {
             | ResetScope::Device
             | ResetScope::FactoryImage => self.retained.texts = ImTexts::default(),
             ResetScope::Communication | ResetScope::Engineering | ResetScope::Other(_) => {}
+        }
+        if !matches!(scope, ResetScope::ApplicationData | ResetScope::Engineering | ResetScope::Other(_)) {
+            self.retained.fast_start_up = FastStartUp::default();
         }
         *has_reset = true;
         Ok(())

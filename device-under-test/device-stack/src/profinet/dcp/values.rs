@@ -53,7 +53,9 @@ impl Stack {
             Element::DEVICE_OPTIONS => DcpValue::DeviceOptions(KNOWN.to_vec()),
             Element::ALIAS_NAME => DcpValue::AliasName(self.alias()?),
             Element::DEVICE_INSTANCE => DcpValue::DeviceInstance { high: 0, low: 1 },
-            Element::DEVICE_INITIATIVE => DcpValue::DeviceInitiative(SAYS_HELLO),
+            Element::DEVICE_INITIATIVE => {
+                DcpValue::DeviceInitiative(self.hello_settings(true).map_or(0, |_| SAYS_HELLO))
+            }
             _ => return None,
         };
         Some(self.hooks.apply(value, |hooks, value| hooks.element(value)))

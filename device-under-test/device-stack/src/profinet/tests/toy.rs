@@ -66,6 +66,7 @@ impl ToyIoApplication {
                 im_version: [1, 1],
                 im_supported: 0b1110,
                 boot_time: Duration::from_secs(2),
+                has_fast_start_up: false,
             },
             plugs: alloc::vec![
                 plug(0, 1, 1, 1, 0, 0),

@@ -60,6 +60,9 @@ impl Writer<'_> {
         if point.has_snmp() {
             out.push_str("\nsnmp: true\n");
         }
+        if point.has_hello() {
+            out.push_str("\nhello: true\n");
+        }
         out.push_str("\nsubmodules:\n");
         self.submodules.iter().for_each(|of| out.push_str(&submodule(of)));
         out.push_str("\n# Decide: each is what one connection consists of.\nmodules:\n");
