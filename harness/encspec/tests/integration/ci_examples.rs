@@ -7,6 +7,9 @@ use std::path::Path;
 use std::process::Command;
 use testing::{Folder, workspace};
 
+/// The shell part of a job for the night.
+const NIGHTLY: &str = "nightly";
+
 /// The shell parts of an example, each with its name.
 fn parts(file: &str) -> Vec<(String, String)> {
     let path = workspace().join("examples/ci").join(file);
@@ -60,6 +63,8 @@ fn shell(folder: &Path, script: &str, part: &str) -> (Option<i32>, String) {
         .env("PATH", path)
         .env("BENCH", "python/bench.yaml")
         .env("PART", part)
+        .env("SEED", "6")
+        .env("EXPLORE", "--focus park --sequences 30 --findings 1")
         .env_remove("GITHUB_STEP_SUMMARY")
         .output()
         .expect("a shell");
@@ -73,7 +78,7 @@ fn shell(folder: &Path, script: &str, part: &str) -> (Option<i32>, String) {
 fn a_workflow_is_green_for_a_good_device_and_red_for_a_bad_one(#[case] file: &str, #[case] reports: &[&str]) {
     for (mistake, expected) in [("", Some(0)), ("record", Some(1))] {
         let folder = checkout(file, mistake);
-        for (_, script) in parts(file) {
+        for (_, script) in parts(file).into_iter().filter(|(name, _)| name != NIGHTLY) {
             let (status, said) = shell(folder.path(), &script, "");
             assert_eq!(status, expected, "{file} {mistake}: {said}");
         }
@@ -89,7 +94,7 @@ fn the_parts_of_the_github_workflow_are_merged() {
     for (mistake, expected) in [("", Some(0)), ("record", Some(1))] {
         let folder = checkout(file, mistake);
         let mut statuses = Vec::new();
-        for (name, script) in parts(file) {
+        for (name, script) in parts(file).into_iter().filter(|(name, _)| name != NIGHTLY) {
             if name == "whole" {
                 let (status, said) = shell(folder.path(), &script, "");
                 assert_eq!(status, expected, "{mistake}: {said}");
@@ -116,4 +121,25 @@ fn a_release_is_compared_with_the_one_before() {
     assert_eq!(status, Some(0), "{said}");
     assert!(said.contains("Not worse: "), "{said}");
     assert!(folder.join("changes.md").is_file());
+}
+
+/// The mistake is one that no case finds.
+#[rstest]
+#[case::github("github.yml")]
+#[case::gitlab("gitlab.yml")]
+#[case::jenkins("Jenkinsfile")]
+fn the_job_for_the_night_finds_what_no_case_names(#[case] file: &str) {
+    for (mistake, expected) in [("", Some(0)), ("sequence", Some(1))] {
+        let folder = checkout(file, mistake);
+        // As an encoder of PROFIdrive, whose suite has a rule about parking.
+        let bench = fs::read_to_string(folder.join("python/bench.yaml")).expect("the bench file");
+        let is_kept = |line: &&str| !line.starts_with("description") && !line.starts_with("telegrams");
+        let bench: Vec<&str> = bench.lines().filter(is_kept).collect();
+        folder.write("python/bench.yaml", bench.join("\n"));
+        let (_, script) = parts(file).into_iter().find(|(name, _)| name == NIGHTLY).expect("a job for the night");
+        let (status, said) = shell(folder.path(), &script, "");
+        assert_eq!(status, expected, "{file} {mistake}: {said}");
+        assert!(folder.join("explored.xml").is_file(), "{file}");
+        assert_eq!(folder.join("explored/explored-1.yaml").is_file(), mistake == "sequence", "{file}");
+    }
 }
