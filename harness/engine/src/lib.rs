@@ -40,9 +40,12 @@ pub use causes::causes;
 pub use described::described;
 pub use dut::{DutKind, DutSpec, NullPeer};
 pub use environment::{DpLine, TrialEnvironment};
-pub use live::{DeviceBackup, LiveDevice, RestoreOutcome, SharedLiveDevice, TrialExclusion, VirtualStart};
+pub use live::{
+    DeviceBackup, LiveDevice, RestoreOutcome, SequenceLimits, SharedLiveDevice, TrialExclusion, VirtualStart,
+};
 pub use live_run::{
-    identify_live_variant, note_restored, restore_device, sensor_format, variant_readings, with_restored_device,
+    identify_live_variant, note_restored, restore_device, sensor_format, variant_readings, with_claimed_device,
+    with_restored_device,
 };
 pub use one_trial::{dp_line, run_trial, run_trial_on};
 pub use options::{FailFast, RunOptions, RunProgress, STALL_REPEATS, TrialPart};

@@ -106,6 +106,15 @@ pub struct RestoreOutcome {
     pub remarks: Vec<String>,
 }
 
+/// How much drawn sequences may change of a device in a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SequenceLimits {
+    /// How often its supply is switched off.
+    pub power_cycles: u32,
+    /// How often its non-volatile memory is written.
+    pub memory_writes: u32,
+}
+
 /// How a trial begins on a virtual wire.
 #[derive(Clone, Copy, Debug)]
 pub struct VirtualStart {
@@ -150,6 +159,15 @@ pub trait LiveDevice: Debug + Send + Sync {
     /// Whether its wire is virtual, so that a trial needs no real time and the device begins each one in factory state.
     fn is_virtual(&self) -> bool {
         false
+    }
+
+    /// From now on trials are drawn sequences: each frame to the device is judged by what it changes, and these changes are counted.
+    /// `None` ends that.
+    fn limit_changes(&self, _: Option<SequenceLimits>) {}
+
+    /// What is left of the limits, if there are any.
+    fn limits_left(&self) -> Option<SequenceLimits> {
+        None
     }
 
     /// Adds a line to the journal.

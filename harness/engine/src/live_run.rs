@@ -5,7 +5,7 @@
 use super::bus;
 use super::described::described;
 use super::dut::DutSpec;
-use super::live::{DeviceBackup, LiveDevice, RestoreOutcome, TrialExclusion};
+use super::live::{DeviceBackup, LiveDevice, RestoreOutcome, SequenceLimits, TrialExclusion};
 use super::outcome::{BenchError, TrialOutcome, TrialRuleResult};
 use super::requirements::level;
 use super::scan::check_covers;
@@ -70,6 +70,35 @@ pub fn with_restored_device<R>(
     let done = work();
     let notes = dut.live().zip(looked).map_or(Vec::new(), |(live, looked)| end(dut, live, &looked).left);
     Ok((done, notes))
+}
+
+/// Runs `work`, which draws sequences within `limits`, with a live device. Its state is read before and restored after, as in a run;
+/// returns what was not restored.
+///
+/// # Errors
+///
+/// The device must not be touched, or is not of the claimed variant; the text says why.
+pub fn with_claimed_device<R>(
+    manual: &Manual,
+    variant: &SuiteVariant,
+    dut: &DutSpec,
+    limits: SequenceLimits,
+    work: impl FnOnce() -> R,
+) -> Result<(R, RestoreOutcome), String> {
+    let live = dut.live().ok_or_else(|| format!("{dut} is not a live device"))?;
+    if let Some(why) = live.passive() {
+        return Err(format!("the device is only read: {why}"));
+    }
+    let probed = probe_device(manual, variant, dut, live)?;
+    if let Some(refuted) = &probed.refuted {
+        let why = format!("the device is not the claimed variant: {}", refuted.text);
+        let left = end(dut, live, &probed).left;
+        return Err([vec![why], left].concat().join(" "));
+    }
+    live.limit_changes(Some(limits));
+    let done = work();
+    live.limit_changes(None);
+    Ok((done, end(dut, live, &probed)))
 }
 
 /// Reads the state of a live device before the first trial, and notes its parameters in the journal.

@@ -20,7 +20,7 @@ fn main() {
         let reference = LearnedReference::new(&dut).expect("a reference device");
         let options = CampaignOptions { seed: 1, sequences: Some(SEQUENCES), ..CampaignOptions::default() };
         let began = Instant::now();
-        let result = Campaign::new(&bench, &dut, Some(reference), &options).run(&mut |_, _| {}).expect("a result");
+        let result = Campaign::new(&bench, &dut, Some(reference), &options).run(&mut |_| {}).expect("a result");
         let minutes = began.elapsed().as_secs_f64() / 60.0;
         println!("{dut}: {:.0} sequences a minute, {} frames", SEQUENCES as f64 / minutes, result.frames);
     }

@@ -1,9 +1,12 @@
 //! Runs sequences on devices, and written cases.
 
+use crate::difference::{LogDifference, first};
+use crate::sequence_log::{BrokenRule, SILENCE, SequenceLog};
+use crate::settled::SettledComparison;
 use crate::step::SequenceStep;
 use compare::action::ControllerAction;
 use compare::write_case::{TOPIC, WrittenCase};
-use engine::step_log::{ProtocolError, StepLog};
+use engine::step_log::ProtocolError;
 use engine::{BenchError, DutSpec, LiveDevice, RunOptions, TrialOutcome, run_trial};
 use results::verdict::Verdict;
 use std::fmt::Write as _;
@@ -28,37 +31,6 @@ pub enum CannotExplore {
     Nothing(String),
 }
 
-/// What a device did in a sequence.
-#[derive(Clone, Debug)]
-pub struct SequenceLog {
-    pub log: StepLog,
-    /// Number of frames.
-    pub frames: usize,
-    /// The rules of the manual that broke.
-    pub broken: Vec<BrokenRule>,
-    /// Why it says nothing about the device: this host or the line was late, or the bench does not permit it.
-    pub spoilt: Option<String>,
-}
-
-impl SequenceLog {
-    /// The same without what is wrong whatever the device is: protocol errors and broken rules.
-    #[must_use]
-    pub fn without_errors(&self) -> SequenceLog {
-        let mut log = self.log.clone();
-        log.protocol_errors.clear();
-        SequenceLog { log, frames: self.frames, broken: Vec::new(), spoilt: self.spoilt.clone() }
-    }
-}
-
-/// A rule that broke in a sequence.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BrokenRule {
-    pub id: String,
-    pub what: String,
-    /// The requirements that it covers.
-    pub covers: Vec<String>,
-}
-
 /// Sequences that are loaded and can be run on any device of the manual.
 pub struct LoadedSequences {
     manual: Manual,
@@ -73,6 +45,8 @@ pub struct ExploreBench<'m> {
     is_stopped: fn() -> bool,
     /// A requirement that applies: the loader takes no case without one.
     requirement: String,
+    /// How a live device is compared; `None` for a device in virtual time.
+    settled: Option<SettledComparison>,
 }
 
 impl<'m> ExploreBench<'m> {
@@ -90,13 +64,44 @@ impl<'m> ExploreBench<'m> {
         let nothing = || CannotExplore::Nothing(format!("{name} has no requirements"));
         let requirement = applies.ok_or_else(nothing)?.id.clone();
         let checker = Checker::unchecked(sources, name).map_err(CannotExplore::NotUnderstood)?;
-        Ok(ExploreBench { manual, variant, checker, is_stopped: || false, requirement })
+        Ok(ExploreBench { manual, variant, checker, is_stopped: || false, requirement, settled: None })
     }
 
     /// The same, which stops before the next sequence once `is_stopped` says so.
     #[must_use]
     pub fn until(self, is_stopped: fn() -> bool) -> ExploreBench<'m> {
         ExploreBench { is_stopped, ..self }
+    }
+
+    /// The same for a live device.
+    #[must_use]
+    pub fn live(self) -> ExploreBench<'m> {
+        ExploreBench { settled: Some(SettledComparison::new(&self.manual.device)), ..self }
+    }
+
+    /// Whether the device is a live one.
+    pub fn is_live(&self) -> bool {
+        self.settled.is_some()
+    }
+
+    /// From now on this is not compared.
+    pub fn ignore(&mut self, found: &LogDifference) {
+        if let Some(settled) = &mut self.settled {
+            settled.ignore(found);
+        }
+    }
+
+    /// The first difference between the reference device and another one.
+    pub fn first(&self, reference: &SequenceLog, other: &SequenceLog) -> Option<LogDifference> {
+        match &self.settled {
+            Some(settled) => settled.first(reference, other),
+            None => first(reference, other),
+        }
+    }
+
+    /// How many differences there are on a live device; `None` in virtual time.
+    pub(crate) fn count_settled(&self, reference: &SequenceLog, other: &SequenceLog) -> Option<usize> {
+        Some(self.settled.as_ref()?.all(reference, other).len())
     }
 
     /// The manual with its cases and rules.
@@ -175,6 +180,10 @@ impl<'m> ExploreBench<'m> {
         });
         let mut are = are.into_iter();
         steps.retain(|_| are.next() == Some(true));
+        // Together they may need more memory writes or time than are left.
+        while !steps.is_empty() && self.are_possible(std::slice::from_ref(steps), dut).is_ok_and(|are| are != [true]) {
+            steps.truncate(steps.len() * 3 / 4);
+        }
     }
 
     /// Whether the bench of a live device permits each of the sequences. Fails if one does not load.
@@ -211,7 +220,8 @@ impl<'m> ExploreBench<'m> {
         let broken = broken.collect();
         let is_virtual = dut.live().is_none_or(LiveDevice::is_virtual);
         let spoilt = outcome.disturbed.map(|disturbance| disturbance.why);
-        let is_excluded = matches!(outcome.case.verdict, Verdict::NotApplicable | Verdict::NotRun);
+        let is_unsent = !is_virtual && frames == 0;
+        let is_excluded = is_unsent || matches!(outcome.case.verdict, Verdict::NotApplicable | Verdict::NotRun);
         let excluded = outcome.case.reason.clone().filter(|_| is_excluded);
         let mut log = outcome.log.map(|log| *log).unwrap_or_default();
         let error = match &spoilt {
@@ -219,7 +229,7 @@ impl<'m> ExploreBench<'m> {
             Some(why) if is_virtual => Some(("failed-program", format!("The program failed: {why}"))),
             None if log.steps.is_empty() => {
                 let why = outcome.case.reason.unwrap_or_default();
-                Some(("silence", format!("The device does not show its identity: {why}")))
+                Some((SILENCE, format!("The device does not show its identity: {why}")))
             }
             Some(_) | None => None,
         };

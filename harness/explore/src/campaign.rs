@@ -2,14 +2,16 @@
 //!
 //! Without a reference device, only broken rules of the manual and errors of the protocol are found.
 
-use crate::bench::{BrokenRule, CannotExplore, ExploreBench, LoadedSequences, SequenceLog};
+use crate::bench::{CannotExplore, ExploreBench, LoadedSequences};
 use crate::case::CaseParts;
 use crate::described::DeviceWords;
-use crate::difference::{DifferenceName, LogDifference, LogDifferenceKind, first, protocol_errors};
+use crate::difference::{DifferenceName, LogDifference, LogDifferenceKind, protocol_errors};
 use crate::draw::Draw;
 use crate::learn::LearnedReference;
+use crate::live_steps::adapted;
 use crate::minimise::minimise;
 use crate::sequence::{SequenceSource, at_position};
+use crate::sequence_log::{BrokenRule, SequenceLog};
 use crate::states::StateCoverage;
 use crate::step::SequenceStep;
 use compare::action::ControllerAction;
@@ -18,7 +20,7 @@ use compare::write_case::WrittenCase;
 use engine::DutSpec;
 use engine::step_log::StepLog;
 use results::verdict::Verdict;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 /// How many sequences are loaded together.
@@ -87,6 +89,28 @@ pub struct Finding {
     pub is_stable: bool,
 }
 
+/// What a campaign has just found.
+#[derive(Clone, Copy, Debug)]
+pub enum CampaignEvent<'e> {
+    /// A difference has shown again; its sequence is shortened now.
+    Confirmed {
+        /// The number of the finding, from 1.
+        number: usize,
+        /// What differs.
+        name: &'e str,
+        steps: &'e [SequenceStep],
+    },
+    /// A finding is complete.
+    Found {
+        /// Its number, from 1.
+        number: usize,
+        finding: &'e Finding,
+    },
+}
+
+/// Takes what a campaign finds, at once.
+pub type CampaignEvents<'e> = &'e mut dyn FnMut(CampaignEvent<'_>);
+
 /// The result of a campaign.
 #[derive(Debug, Default)]
 pub struct CampaignResult {
@@ -96,6 +120,12 @@ pub struct CampaignResult {
     pub interrupted: bool,
     /// Sequences that say nothing, because this host or the line was late.
     pub spoilt: u64,
+    /// Why they say nothing: what the reasons have in common up to the first number, with the first of them and how many there are.
+    pub spoilt_by: BTreeMap<String, (String, u64)>,
+    /// Differences on a live device that did not show again or that other times explain, by name, each with how many.
+    pub unconfirmed: BTreeMap<String, u64>,
+    /// Why the campaign ended before its limit.
+    pub ended: Option<String>,
     /// Sequences that did not load, each with why; there should be none.
     pub invalid: Vec<String>,
     pub findings: Vec<Finding>,
@@ -111,19 +141,26 @@ impl CampaignResult {
     pub fn says_something(&self) -> bool {
         self.spoilt < self.sequences
     }
+
+    /// Whether it ran to its limit.
+    pub fn is_complete(&self) -> bool {
+        !self.interrupted && self.ended.is_none()
+    }
 }
 
 /// Explores a device.
 pub struct Campaign<'a, 'm> {
-    bench: &'a ExploreBench<'m>,
-    dut: &'a DutSpec,
+    pub(crate) bench: &'a ExploreBench<'m>,
+    pub(crate) dut: &'a DutSpec,
     options: &'a CampaignOptions,
     source: SequenceSource,
-    reference: Option<LearnedReference>,
-    known: BTreeSet<(LogDifferenceKind, DifferenceName)>,
+    pub(crate) reference: Option<LearnedReference>,
+    pub(crate) known: BTreeSet<(LogDifferenceKind, DifferenceName)>,
+    /// The sequence before.
+    pub(crate) last: Vec<SequenceStep>,
     /// Sequences that reached something new.
     corpus: Vec<Vec<SequenceStep>>,
-    result: CampaignResult,
+    pub(crate) result: CampaignResult,
 }
 
 impl<'a, 'm> Campaign<'a, 'm> {
@@ -137,35 +174,42 @@ impl<'a, 'm> Campaign<'a, 'm> {
         let source = SequenceSource::broad(bench.manual());
         let corpus = options.kept.iter().take(MOST_KEPT).map(|seed| source.steps(*seed)).collect();
         let result = CampaignResult { kept: options.kept.clone(), ..CampaignResult::default() };
-        Campaign { bench, dut, options, source, reference, known: BTreeSet::new(), corpus, result }
+        Campaign { bench, dut, options, source, reference, known: BTreeSet::new(), last: Vec::new(), corpus, result }
     }
 
-    /// Runs until a limit is reached. `progress` is called with each number of sequences and findings.
-    pub fn run(mut self, progress: &mut dyn FnMut(u64, usize)) -> Result<CampaignResult, CannotExplore> {
+    /// Runs until a limit is reached. `events` is called with each finding.
+    pub fn run(mut self, events: CampaignEvents<'_>) -> Result<CampaignResult, CannotExplore> {
         let began = Instant::now();
         let most = self.options.sequences.unwrap_or(u64::MAX);
         let findings = if self.options.most_findings == 0 { MOST_FINDINGS } else { self.options.most_findings };
         let is_over = |done: u64, found: usize| {
             done >= most || found >= findings || self.options.time.is_some_and(|time| began.elapsed() >= time)
         };
-        while !self.result.interrupted && !is_over(self.result.sequences, self.result.findings.len()) {
+        while !self.result.interrupted
+            && self.result.ended.is_none()
+            && !is_over(self.result.sequences, self.result.findings.len())
+        {
             let begin = self.result.sequences;
-            let count = TOGETHER.min(most - begin);
+            // What the bench of a live device permits changes with each sequence.
+            let count = if self.bench.is_live() { 1 } else { TOGETHER }.min(most - begin);
             let drawn: Vec<(Option<u64>, Vec<SequenceStep>)> =
                 (begin..begin + count).map(|number| self.draw(number)).collect();
             let (seeds, mut drawn): (Vec<Option<u64>>, Vec<Vec<SequenceStep>>) = drawn.into_iter().unzip();
             for steps in &mut drawn {
+                if self.bench.is_live() {
+                    *steps = adapted(std::mem::take(steps), self.reference.is_some());
+                }
                 self.bench.retain_possible(steps, self.dut);
             }
             let loaded = self.load(&drawn);
             for (index, steps) in drawn.iter().enumerate() {
-                if is_over(self.result.sequences, self.result.findings.len()) {
+                if self.result.ended.is_some() || is_over(self.result.sequences, self.result.findings.len()) {
                     break;
                 }
                 self.result.sequences += 1;
                 if let Some(Some((loaded, place))) = loaded.get(index) {
                     let seed = seeds.get(index).copied().flatten();
-                    match self.sequence(begin + index as u64, seed, steps, loaded, *place) {
+                    match self.sequence(begin + index as u64, seed, steps, (loaded, *place), events) {
                         Err(CannotExplore::Interrupted) => {
                             self.result.interrupted = true;
                             break;
@@ -173,7 +217,6 @@ impl<'a, 'm> Campaign<'a, 'm> {
                         done => done?,
                     }
                 }
-                progress(self.result.sequences, self.result.findings.len());
             }
         }
         self.result.learned = self.reference.iter().flat_map(LearnedReference::learned).cloned().collect();
@@ -229,30 +272,39 @@ impl<'a, 'm> Campaign<'a, 'm> {
         number: u64,
         seed: Option<u64>,
         steps: &[SequenceStep],
-        loaded: &LoadedSequences,
-        place: usize,
+        (loaded, place): (&LoadedSequences, usize),
+        events: CampaignEvents<'_>,
     ) -> Result<(), CannotExplore> {
         let other = self.bench.run(loaded, place, self.dut)?;
         self.result.frames += other.frames as u64;
-        if other.spoilt.is_some() {
+        if let Some(why) = other.spoilt {
             self.result.spoilt += 1;
+            let common = why.split(|letter: char| letter.is_ascii_digit()).find(|part| !part.is_empty()).unwrap_or("");
+            self.result.spoilt_by.entry(common.to_owned()).or_insert((why, 0)).1 += 1;
             return Ok(());
         }
+        if self.bench.is_live() && other.is_silent() {
+            return self.lost_device(number, steps, &other, events);
+        }
+        self.last = steps.to_vec();
         let reference = self.expected(loaded, place, &other)?;
         let new = self.result.states.take(&self.bench.manual().device, steps, &reference.log);
         if new > NEW_PAIRS && self.corpus.len() < MOST_KEPT {
             self.corpus.push(steps.to_vec());
             self.result.kept.extend(seed);
         }
-        let Some(found) = first(&reference, &other) else { return Ok(()) };
+        let Some(found) = self.bench.first(&reference, &other) else { return Ok(()) };
         if self.known.contains(&found.target()) {
             return Ok(());
         }
-        self.difference(number, steps, found)
+        if self.bench.is_live() {
+            return self.live_difference(number, steps, &found, events);
+        }
+        self.difference(number, steps, found, events)
     }
 
     /// What the reference device does where `other` was done; without one, the same without errors.
-    fn expected(
+    pub(crate) fn expected(
         &self,
         loaded: &LoadedSequences,
         place: usize,
@@ -265,13 +317,19 @@ impl<'a, 'm> Campaign<'a, 'm> {
     }
 
     /// What both devices do in these steps.
-    fn both(&self, loaded: &LoadedSequences) -> Result<[SequenceLog; 2], CannotExplore> {
+    pub(crate) fn both(&self, loaded: &LoadedSequences) -> Result<[SequenceLog; 2], CannotExplore> {
         let other = self.bench.run(loaded, 0, self.dut)?;
         Ok([self.expected(loaded, 0, &other)?, other])
     }
 
     /// Shortens a sequence with a difference, and looks for permitted variations that explain it.
-    fn difference(&mut self, number: u64, steps: &[SequenceStep], found: LogDifference) -> Result<(), CannotExplore> {
+    fn difference(
+        &mut self,
+        number: u64,
+        steps: &[SequenceStep],
+        found: LogDifference,
+        events: CampaignEvents<'_>,
+    ) -> Result<(), CannotExplore> {
         let mut found = found;
         let mut steps_left: Vec<SequenceStep> = steps.iter().take(found.step.saturating_add(1)).cloned().collect();
         loop {
@@ -294,9 +352,9 @@ impl<'a, 'm> Campaign<'a, 'm> {
             // A device that was as the reference device so far has few variations, if any.
             let has_variations = self.reference.as_ref().is_some_and(|of| !of.learned().is_empty());
             let most_runs = if has_variations || self.result.sequences <= NEW_DEVICE { MANY_RUNS } else { FEW_RUNS };
-            let Some(rest) = first(&reference, &other) else {
+            let Some(rest) = self.bench.first(&reference, &other) else {
                 self.known.insert(target);
-                return self.unstable(number, steps, &found);
+                return self.unstable(number, steps, &found, events);
             };
             let is_explained = match &mut self.reference {
                 Some(learned) => learned.explain(self.bench, &loaded, 0, &other, most_runs)?,
@@ -305,16 +363,16 @@ impl<'a, 'm> Campaign<'a, 'm> {
             if !is_explained {
                 let before = steps.len();
                 if rest.step < small.len() {
-                    return self.finding(number, before, &small, [&reference, &other], &rest);
+                    return self.finding((number, before), &small, [&reference, &other], &rest, events);
                 }
                 // It shows after the last step.
                 let mut longer = small.clone();
                 longer.push(ControllerAction::Wait(AFTERWARDS).into());
                 let loaded = self.bench.load(std::slice::from_ref(&longer))?;
                 let [reference, other] = self.both(&loaded)?;
-                return match first(&reference, &other) {
-                    Some(rest) => self.finding(number, before, &longer, [&reference, &other], &rest),
-                    None => self.unstable(number, steps, &rest),
+                return match self.bench.first(&reference, &other) {
+                    Some(rest) => self.finding((number, before), &longer, [&reference, &other], &rest, events),
+                    None => self.unstable(number, steps, &rest, events),
                 };
             }
             // It is explained; what else is there?
@@ -326,21 +384,27 @@ impl<'a, 'm> Campaign<'a, 'm> {
         }
     }
 
-    fn shows(&self, steps: &[SequenceStep]) -> Option<LogDifference> {
+    pub(crate) fn shows(&self, steps: &[SequenceStep]) -> Option<LogDifference> {
         let loaded = self.bench.load(&[steps.to_vec()]).ok()?;
         let [reference, other] = self.both(&loaded).ok()?;
         if other.spoilt.is_some() {
             return None;
         }
-        first(&reference, &other)
+        self.bench.first(&reference, &other)
     }
 
-    fn words(&self) -> DeviceWords<'m> {
+    pub(crate) fn words(&self) -> DeviceWords<'m> {
         DeviceWords { device: &self.bench.manual().device, variant: self.bench.variant_index() }
     }
 
-    fn unstable(&mut self, number: u64, steps: &[SequenceStep], found: &LogDifference) -> Result<(), CannotExplore> {
-        self.result.findings.push(Finding {
+    pub(crate) fn unstable(
+        &mut self,
+        number: u64,
+        steps: &[SequenceStep],
+        found: &LogDifference,
+        events: CampaignEvents<'_>,
+    ) -> Result<(), CannotExplore> {
+        let finding = Finding {
             name: self.words().name(found, [&StepLog::default(), &StepLog::default()]),
             kind: found.kind,
             reference: String::new(),
@@ -351,17 +415,25 @@ impl<'a, 'm> Campaign<'a, 'm> {
             case: None,
             rules: Vec::new(),
             is_stable: false,
-        });
+        };
+        self.add(finding, events);
         Ok(())
     }
 
-    fn finding(
+    /// Adds a finding and says so.
+    pub(crate) fn add(&mut self, finding: Finding, events: CampaignEvents<'_>) {
+        let number = self.result.findings.len() + 1;
+        events(CampaignEvent::Found { number, finding: &finding });
+        self.result.findings.push(finding);
+    }
+
+    pub(crate) fn finding(
         &mut self,
-        number: u64,
-        before: usize,
+        (number, before): (u64, usize),
         steps: &[SequenceStep],
         logs: [&SequenceLog; 2],
         found: &LogDifference,
+        events: CampaignEvents<'_>,
     ) -> Result<(), CannotExplore> {
         self.known.insert(found.target());
         let is_stable = (0..REPEATS).all(|_| self.shows(steps).is_some_and(|of| of.target() == found.target()));
@@ -394,14 +466,14 @@ impl<'a, 'm> Campaign<'a, 'm> {
             placed.steps.insert(0, at_position(SHAFT));
             let loaded = self.bench.load(std::slice::from_ref(&placed.steps))?;
             let [one, two] = self.both(&loaded)?;
-            if let Some(found) = first(&one, &two) {
+            if let Some(found) = self.bench.first(&one, &two) {
                 placed.case = self.case(&placed, &one.log, &two.log, &found)?;
             }
             if placed.case.is_some() {
                 finding = placed;
             }
         }
-        self.result.findings.push(finding);
+        self.add(finding, events);
         Ok(())
     }
 

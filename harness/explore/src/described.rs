@@ -64,7 +64,11 @@ impl DeviceWords<'_> {
                     })
                     .take(4)
                     .collect();
-                if texts.is_empty() { "unchanged".to_owned() } else { texts.join(", ") }
+                match (texts.is_empty(), raw(log, found)) {
+                    (false, _) => texts.join(", "),
+                    (true, Some(value)) => format!("still 0x{value:X}"),
+                    (true, None) => "unchanged".to_owned(),
+                }
             }
             DifferenceName::Event(_) => {
                 let events = step.changes.iter().filter_map(|change| match &change.what {

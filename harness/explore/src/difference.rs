@@ -3,7 +3,7 @@
 //! Both have the same steps, so that they are compared step by step: the answers, then each value that the device sends by itself, by
 //! the time since the step began, and its events.
 
-use crate::bench::SequenceLog;
+use crate::sequence_log::SequenceLog;
 use engine::step_log::{LoggedChange, LoggedStep, Observed, ObservedName, StepLog};
 use judge::answer::ReceivedReply;
 use station::Duration;
@@ -95,8 +95,12 @@ impl LogDifference {
 
 /// The first difference between the reference device and another one; `None` if they did the same.
 pub fn first(reference: &SequenceLog, other: &SequenceLog) -> Option<LogDifference> {
-    let found = first_of_steps(&reference.log, &other.log).or_else(|| protocol_error(&reference.log, &other.log));
-    found.or_else(|| {
+    first_of_steps(&reference.log, &other.log).or_else(|| protocol_error_or_rule(reference, other))
+}
+
+/// The first error of the protocol, or rule that breaks, which the reference device does not have.
+pub(crate) fn protocol_error_or_rule(reference: &SequenceLog, other: &SequenceLog) -> Option<LogDifference> {
+    protocol_error(&reference.log, &other.log).or_else(|| {
         let is_new = |id: &String| reference.broken.iter().all(|of| of.id != *id);
         let rule = other.broken.iter().find(|of| is_new(&of.id))?;
         Some(at_end(&other.log, LogDifferenceKind::Rule, DifferenceName::Rule(rule.id.clone())))

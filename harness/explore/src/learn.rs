@@ -1,9 +1,9 @@
 //! Which of the variations that a manual permits explain what a device does.
 
-use crate::bench::{CannotExplore, ExploreBench, LoadedSequences, SequenceLog};
-use crate::difference::first;
+use crate::bench::{CannotExplore, ExploreBench, LoadedSequences};
 use crate::distance::{Counters, counters, distance};
 use crate::draw::Draw;
+use crate::sequence_log::SequenceLog;
 use engine::{DutKind, DutSpec};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -101,6 +101,20 @@ impl LearnedReference {
     }
 }
 
+impl LearnedReference {
+    /// Learns the variations that bring the reference device closer to what the device did, one after the other.
+    pub fn approach(&mut self, bench: &ExploreBench<'_>, loaded: &LoadedSequences, number: usize, other: &SequenceLog) {
+        let start: BTreeSet<usize> =
+            self.learned.iter().filter_map(|name| self.permitted.iter().position(|of| of == name)).collect();
+        let (counters, most_runs) = (counters(&bench.manual().device), self.permitted.len());
+        let known = BTreeMap::new();
+        let mut search = Search { reference: self, bench, loaded, number, other, counters, known, most_runs };
+        let effective = search.effective(&start);
+        let best = search.descend(start, &effective);
+        self.learned = best.iter().filter_map(|index| self.permitted.get(*index).cloned()).collect();
+    }
+}
+
 /// How far the logs are apart with each set of variations.
 struct Search<'a, 'm> {
     reference: &'a LearnedReference,
@@ -120,9 +134,13 @@ impl Search<'_, '_> {
         }
         let names: Vec<String> = set.iter().filter_map(|index| self.reference.permitted.get(*index).cloned()).collect();
         let observed = self.bench.run(self.loaded, self.number, &self.reference.with(&names));
-        let distance = observed.map_or(f64::INFINITY, |observed| match first(&observed, self.other) {
+        let distance = observed.map_or(f64::INFINITY, |observed| match self.bench.first(&observed, self.other) {
             None => 0.0,
-            Some(_) => distance(&observed.log, &self.other.log, &self.counters).max(f64::MIN_POSITIVE),
+            Some(_) => {
+                let settled = self.bench.count_settled(&observed, self.other).map(|count| count as f64);
+                let exact = || distance(&observed.log, &self.other.log, &self.counters);
+                settled.unwrap_or_else(exact).max(f64::MIN_POSITIVE)
+            }
         });
         self.known.insert(set.clone(), distance);
         distance

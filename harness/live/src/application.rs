@@ -123,6 +123,7 @@ fn stand(abilities: &[String], of_bench: &StandSpec) -> StandSpec {
             hand: false,
             position: (can("shaft.counts") || can("turn")).then_some(0.0),
             speed: can("shaft.speed").then_some(0.0),
+            uncoupled: true,
         },
         ..of_bench.clone()
     }

@@ -5,9 +5,10 @@
 mod bus_watch;
 mod segment;
 
+use crate::frame_limits::FrameLimits;
 use crate::journal::Journal;
 use crate::line::DeviceLine;
-use crate::stand::LiveStand;
+use crate::stand::{LiveStand, StandLimits};
 use crate::{preflight, profibus};
 use description::gsdml::ReportedIdentity;
 use description::variant::VariantReading;
@@ -15,7 +16,7 @@ use engine::dut::{CONTROLLER, SECOND};
 use engine::needs::{self, Ability, BenchNeed, Consent};
 use engine::scan::each_step_of;
 use engine::segment::Segment;
-use engine::{DpLine, LiveDevice, TrialEnvironment, TrialExclusion, VirtualStart};
+use engine::{DpLine, LiveDevice, SequenceLimits, TrialEnvironment, TrialExclusion, VirtualStart};
 use results::bench_file::BenchFile;
 use results::journal::{InitialDevice, JournalEntry, change};
 use results::outcome::DeviceFinding;
@@ -87,6 +88,13 @@ impl BenchState {
             unanswered: 0,
             lost: None,
         }
+    }
+}
+
+impl BenchState {
+    /// How many memory writes are left.
+    fn nvm_left(&mut self) -> u32 {
+        self.line.limits_mut().as_ref().map_or(self.nvm_left, |limits| limits.writes_left())
     }
 }
 
@@ -224,7 +232,7 @@ impl DeviceOnBench {
 
     /// Checks whether this bench serves a trial. The reason is the first one found, the lines are all.
     fn check_bench(&self, needs: &[BenchNeed], trial: &Trial) -> Result<(), TrialExclusion> {
-        let (long, nvm_left) = (self.0.long, self.state().nvm_left);
+        let (long, nvm_left) = (self.0.long, self.state().nvm_left());
         let of_needs = needs::missing(needs, self.bench(), long, nvm_left);
         let of_description = needs_description_of(&self.manual().device, trial);
         let passive = self.0.passive.as_ref().filter(|_| !only_reads(trial));
@@ -238,6 +246,19 @@ impl DeviceOnBench {
         let passive = passive.map(|why| format!("only reading trials may run: {why}"));
         let why = of_needs.or(of_description).or(passive);
         why.map_or(Ok(()), |why| Err(TrialExclusion::NotApplicable { why, lines }))
+    }
+
+    /// What in these needs drawn sequences may not do.
+    fn beyond_limits(&self, needs: &[BenchNeed]) -> Option<String> {
+        let limits = self.state().stand.limits()?;
+        let is_preset = |need: &&BenchNeed| {
+            matches!(need, BenchNeed::Consent(Consent::PositionReference) | BenchNeed::Stand(Ability::Button(_)))
+        };
+        if !limits.may_press && needs.iter().any(|need| is_preset(&need)) {
+            return Some("a preset needs the consent position_reference and `shaft: [uncoupled]`".to_owned());
+        }
+        let cycles = needs.contains(&BenchNeed::Stand(Ability::Power)) && limits.power_cycles == 0;
+        cycles.then(|| "no power cycle of this run is left".to_owned())
     }
 
     /// Waits for a lost line; after one timeout it does not wait again.
@@ -267,7 +288,11 @@ impl DeviceOnBench {
             StandRefusal::CannotDo(why) | StandRefusal::Broken(why) => format!("no new device: {why}"),
         };
         let latest = line.now() + RENEW_TIMEOUT;
-        let mut until = stand.act(line.now(), &StandAction::ReplaceDevice).map_err(no_new)?.min(latest);
+        let limits = stand.limits();
+        stand.limit(None);
+        let begun = stand.act(line.now(), &StandAction::ReplaceDevice);
+        stand.limit(limits);
+        let mut until = begun.map_err(no_new)?.min(latest);
         let mut at_work = true;
         while at_work || line.now() < until {
             if at_work {
@@ -335,6 +360,25 @@ impl LiveDevice for DeviceOnBench {
         segment::of(self.state(), self.environment())
     }
 
+    fn limit_changes(&self, limits: Option<SequenceLimits>) {
+        let mut state = self.state();
+        state.nvm_left = state.nvm_left();
+        let bench = &self.0.bench;
+        let may_press = bench.consent.position_reference && bench.stand.shaft.uncoupled;
+        state.stand.limit(limits.map(|limits| StandLimits { power_cycles: limits.power_cycles, may_press }));
+        let nvm_left = state.nvm_left;
+        *state.line.limits_mut() = limits.map(|limits| {
+            let writes = limits.memory_writes.min(nvm_left);
+            Box::new(FrameLimits::new(&self.0.manual.device, bench, writes))
+        });
+    }
+
+    fn limits_left(&self) -> Option<SequenceLimits> {
+        let mut state = self.state();
+        let power_cycles = state.stand.limits()?.power_cycles;
+        Some(SequenceLimits { power_cycles, memory_writes: state.nvm_left() })
+    }
+
     fn note(&self, entry: &JournalEntry) -> Result<(), String> {
         let mut state = self.state();
         if let JournalEntry::Changes { what, .. } = entry {
@@ -370,9 +414,10 @@ impl LiveDevice for DeviceOnBench {
     }
 
     fn objection(&self, variant: &SuiteVariant, trial: &Trial) -> Option<String> {
-        match self.check_bench(&needs::needs(self.manual(), variant, trial), trial) {
+        let needs = needs::needs(self.manual(), variant, trial);
+        match self.check_bench(&needs, trial) {
             Err(TrialExclusion::NotApplicable { why, .. }) => Some(why),
-            Ok(()) | Err(_) => None,
+            Ok(()) | Err(_) => self.beyond_limits(&needs),
         }
     }
 
@@ -400,7 +445,10 @@ impl LiveDevice for DeviceOnBench {
             self.renew().map_err(TrialExclusion::Inconclusive)?;
         }
         let mut state = self.state();
-        state.nvm_left = state.nvm_left.saturating_sub(needs::nvm_writes(&needs));
+        // The frames of drawn sequences are counted one by one.
+        if state.line.limits_mut().is_none() {
+            state.nvm_left = state.nvm_left.saturating_sub(needs::nvm_writes(&needs));
+        }
         Ok(())
     }
 }

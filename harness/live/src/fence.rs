@@ -3,6 +3,7 @@
 //!
 //! It also withholds frames that the bench gives no consent to. This module must not know why a frame is sent.
 
+use crate::frame_limits::FrameLimits;
 use crate::withheld::WithheldFrames;
 use results::bench_file::Consents;
 use wire::profibus::fdl::{BROADCAST, DataFrame, FdlFrame, RequestFunction};
@@ -19,12 +20,14 @@ pub struct Fence {
     others: Option<Vec<u8>>,
     consent: Consents,
     held_back: WithheldFrames,
+    /// What drawn sequences may change, while they run.
+    limits: Option<Box<FrameLimits>>,
 }
 
 impl Fence {
     /// A filter for the slave at `device`. Until [`set_other_stations`](Self::set_other_stations) is called, frames go to no other address.
     pub fn new(device: u8, consent: Consents) -> Fence {
-        Fence { device, others: None, consent, held_back: WithheldFrames::default() }
+        Fence { device, others: None, consent, held_back: WithheldFrames::default(), limits: None }
     }
 
     /// Sets the address of the device, as long as the other stations are not known.
@@ -44,9 +47,22 @@ impl Fence {
 
     /// Whether `octets` may be sent; a frame that may not is counted.
     pub fn allows(&mut self, octets: &[u8]) -> bool {
-        let Err((to, why)) = self.judge(octets) else { return true };
+        let Err((to, why)) = self.judge(octets).and_then(|()| self.judge_limits(octets)) else { return true };
         self.held_back.count(why, self.is_device(to));
         false
+    }
+
+    /// The limits for drawn sequences, if there are any now.
+    pub fn limits_mut(&mut self) -> &mut Option<Box<FrameLimits>> {
+        &mut self.limits
+    }
+
+    /// Checks a frame by the limits for drawn sequences.
+    fn judge_limits(&mut self, octets: &[u8]) -> Result<(), (u8, String)> {
+        let Some(limits) = &mut self.limits else { return Ok(()) };
+        let has_others = self.others.as_ref().is_none_or(|others| !others.is_empty());
+        let to = self.device;
+        limits.judge_bytes(octets, has_others).map_err(|why| (to, why))
     }
 
     /// The withheld frames.

@@ -3,6 +3,7 @@
 //! It also withholds frames that the bench gives no consent to, so that an error in any other module changes nothing. This module
 //! must not know why a frame is sent.
 
+use super::frame_limits::FrameLimits;
 use super::withheld::WithheldFrames;
 use results::bench_file::Consents;
 use wire::datagram::Ipv4;
@@ -22,12 +23,14 @@ pub struct Guard {
     /// Name and address that the device had before the run.
     initial: Option<(Vec<u8>, IpParameter)>,
     held_back: WithheldFrames,
+    /// What drawn sequences may change, while they run.
+    limits: Option<Box<FrameLimits>>,
 }
 
 impl Guard {
     /// A filter that passes discovery, and frames to `device` once it is known.
     pub fn new(device: Option<Mac>, consent: Consents, firmware_pages: Vec<String>) -> Guard {
-        Guard { device, consent, firmware_pages, initial: None, held_back: WithheldFrames::default() }
+        Guard { device, consent, firmware_pages, initial: None, held_back: WithheldFrames::default(), limits: None }
     }
 
     /// Lets pass what puts back the name and the address that the device had before the run, whatever the consents are.
@@ -37,7 +40,8 @@ impl Guard {
 
     /// Whether `frame` may be sent; a frame that may not is counted.
     pub fn allows(&mut self, frame: &[u8]) -> bool {
-        match self.objection(frame) {
+        let limited = |limits: &mut Option<Box<FrameLimits>>| limits.as_mut()?.judge_frame(frame).err();
+        match self.objection(frame).or_else(|| limited(&mut self.limits)) {
             None => true,
             Some(why) => {
                 let of_device = self.device.is_some_and(|device| frame.starts_with(&device.0));
@@ -45,6 +49,11 @@ impl Guard {
                 false
             }
         }
+    }
+
+    /// The limits for drawn sequences, if there are any now.
+    pub fn limits_mut(&mut self) -> &mut Option<Box<FrameLimits>> {
+        &mut self.limits
     }
 
     /// The withheld frames.

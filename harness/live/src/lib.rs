@@ -10,6 +10,7 @@ pub mod device_discovery;
 pub mod discover;
 pub mod fdl;
 pub mod fence;
+pub mod frame_limits;
 pub mod guard;
 pub mod journal;
 pub mod line;

@@ -3,6 +3,7 @@
 //! This module must not know what is sent, nor why.
 
 use super::fence::Fence;
+use super::frame_limits::FrameLimits;
 use super::guard::Guard;
 use super::withheld::WithheldFrames;
 use link::{Lateness, LinkError, SerialBus, Wire};
@@ -73,6 +74,14 @@ impl DeviceLine {
         match self {
             DeviceLine::Wire(wire, _) => wire.recover(until),
             DeviceLine::Bus(bus, _) => bus.recover(until),
+        }
+    }
+
+    /// The limits for drawn sequences, through which every frame then passes.
+    pub fn limits_mut(&mut self) -> &mut Option<Box<FrameLimits>> {
+        match self {
+            DeviceLine::Wire(_, guard) => guard.limits_mut(),
+            DeviceLine::Bus(_, fence) => fence.limits_mut(),
         }
     }
 

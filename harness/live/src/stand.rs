@@ -40,6 +40,19 @@ pub struct LiveStand {
     /// Number of actions so far: readings requested before the last one are outdated.
     actions: u64,
     words: Vec<&'static str>,
+    /// What drawn sequences may do, while they run.
+    limits: Option<StandLimits>,
+    /// What these limits did not permit.
+    refused: Option<String>,
+}
+
+/// What drawn sequences may do at a stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StandLimits {
+    /// How often they may still switch off the supply.
+    pub power_cycles: u32,
+    /// Whether they may press buttons, which may preset the position.
+    pub may_press: bool,
 }
 
 /// The last reading of an LED or a counter, with the time of the host's clock, since that of the wire restarts with each trial.
@@ -65,6 +78,8 @@ impl LiveStand {
             counters: BTreeMap::new(),
             actions: 0,
             words: Vec::new(),
+            limits: None,
+            refused: None,
         }
     }
 
@@ -80,6 +95,45 @@ impl LiveStand {
             Some(StandJobResult::Word(Err(refusal))) => Err(sentence(&refusal).to_owned()),
             _ => Err("the stand does not report its abilities".to_owned()),
         }
+    }
+
+    /// Limits what is done from now on; `None` takes the limits away.
+    pub fn limit(&mut self, limits: Option<StandLimits>) {
+        self.limits = limits;
+    }
+
+    /// The limits with what is left of them.
+    pub fn limits(&self) -> Option<StandLimits> {
+        self.limits
+    }
+
+    /// What the limits have not permitted.
+    pub fn refused_by_limits(&self) -> Option<&str> {
+        self.refused.as_deref()
+    }
+
+    /// Forgets what was refused.
+    pub fn forget_refused(&mut self) {
+        self.refused = None;
+    }
+
+    /// Counts an action; fails if the limits do not permit it.
+    fn count(&mut self, action: &StandAction<'_>) -> Result<(), StandRefusal> {
+        let Some(limits) = &mut self.limits else { return Ok(()) };
+        let why = match action {
+            StandAction::Power(false) if limits.power_cycles == 0 => "no power cycle of this run is left",
+            StandAction::Power(false) => {
+                limits.power_cycles -= 1;
+                return Ok(());
+            }
+            StandAction::Button(..) if !limits.may_press => {
+                "a button may preset the position: that needs the consent position_reference and `shaft: [uncoupled]`"
+            }
+            StandAction::ReplaceDevice | StandAction::RestoreFactoryState => "no sequence puts another device there",
+            _ => return Ok(()),
+        };
+        self.refused.get_or_insert_with(|| why.to_owned());
+        Err(StandRefusal::CannotDo(why.to_owned()))
     }
 
     /// Processes the results of the threads.
@@ -130,6 +184,7 @@ impl Stand for LiveStand {
         if self.busy {
             return Err(StandRefusal::Broken(format!("the last action is still running, so {name} has to wait")));
         }
+        self.count(action)?;
         self.leds.clear();
         self.counters.clear();
         self.actions += 1;

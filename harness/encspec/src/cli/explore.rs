@@ -2,13 +2,15 @@
 
 use super::live::{self, LiveTarget};
 use super::reports::{ReportRequest, check_folders, open_all, parse_report_request, uses_standard_output, write_all};
-use super::{CommandError, CommandResult, Suites, show};
+use super::{CommandError, CommandResult, Suites, print_message, show};
+use ::live::lock::Lock;
 use clap::Args;
-use engine::DutSpec;
+use engine::{DutSpec, RestoreOutcome, SequenceLimits, with_claimed_device};
 use explore::SequenceStep;
 use explore::bench::{CannotExplore, ExploreBench};
-use explore::campaign::{Campaign, CampaignOptions, CampaignResult, Finding};
+use explore::campaign::{Campaign, CampaignEvent, CampaignOptions, CampaignResult, Finding};
 use explore::learn::LearnedReference;
+use explore::live_campaign::{IgnoredDifference, learn_baseline};
 use plain_text::count;
 use report::ExitStatus;
 use results::bench_file::LinkSpec;
@@ -16,6 +18,7 @@ use results::outcome::{CaseFailure, CaseKind, CaseResult, DeviceRun, Dut, Failur
 use results::verdict::Verdict;
 use std::fmt::Write as _;
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use suite::Location;
@@ -24,6 +27,10 @@ use suite_yaml::Sources;
 
 /// How many sequences are run where neither `--sequences` nor `--time` is given.
 const USUAL: u64 = 1000;
+/// How long to wait for a live device that another process uses.
+const LOCK_WAIT: Duration = Duration::from_secs(10);
+/// The most reasons on the terminal.
+const MOST_REASONS: usize = 5;
 /// The most names of a list on the terminal.
 const MOST_LISTED: usize = 12;
 
@@ -33,11 +40,11 @@ const EXAMPLE: &str = "Example: encspec explore --dut model:MANUAL/VARIANT --bug
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLE)]
 pub(super) struct ExploreArgs {
-    /// Device under test: model:MANUAL/VARIANT, a reference device; or app:COMMAND, a program that is the application of a device, or
-    /// its bench file
+    /// Device under test: model:MANUAL/VARIANT, a reference device; app:COMMAND, a program that is the application of a device; or the
+    /// bench file of a live device or of a program
     #[arg(long, value_name = "DUT")]
     dut: String,
-    /// Manual and variant that a program claims to be, where --dut does not name them
+    /// Manual and variant that a device or program claims to be, where --dut does not name them
     #[arg(long, value_name = "MANUAL/VARIANT")]
     device: Option<String>,
     /// Enable a bug of the reference device; may be repeated; `encspec bugs` lists them
@@ -64,6 +71,9 @@ pub(super) struct ExploreArgs {
     /// Write the cases and their captures to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// How often the supply of a live device may be switched off; how often its memory may be written, its bench file says
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    power_cycles: u32,
     /// Stop after this many different findings
     #[arg(long, value_name = "N", default_value_t = 20)]
     findings: usize,
@@ -79,9 +89,19 @@ pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
     let deviations = [args.bug.as_slice(), &args.vary].concat();
     let devices = super::dut::devices(std::slice::from_ref(&args.dut), args.device.as_deref(), &deviations, &manuals)
         .map_err(CommandError::usage)?;
+    check_folders(&args.report)?;
+    if let Some(folder) = &args.out {
+        fs::create_dir_all(folder)
+            .map_err(|error| CommandError::usage(format!("{} cannot be created: {error}", folder.display())))?;
+    }
     let device = match (devices.live.as_slice(), devices.here.as_slice()) {
-        ([target], _) => program(target, &manuals, args)?,
-        (_, [spec]) => ExploredDevice { spec: spec.clone(), sources: args.suites.sources()?, has_reference: true },
+        ([target], _) => outside(target, &manuals, args)?,
+        (_, [spec]) => ExploredDevice {
+            spec: spec.clone(),
+            sources: args.suites.sources()?,
+            reference: KnownReference::Compared,
+            _lock: None,
+        },
         (_, all) => {
             let name = args.dut.trim_start_matches("model:");
             return Err(match all.first() {
@@ -95,7 +115,7 @@ pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
             });
         }
     };
-    let ExploredDevice { spec, sources, has_reference } = &device;
+    let spec = &device.spec;
     let manual = match spec.live() {
         Some(live) => live.manual(),
         None => {
@@ -106,13 +126,54 @@ pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
         }
     };
     link::interrupt::watch();
-    let bench = ExploreBench::new(sources, manual, &spec.variant).map_err(stop)?.until(link::interrupt::requested);
-    let reference = has_reference.then(|| LearnedReference::new(spec)).transpose().map_err(stop)?;
-    check_folders(&args.report)?;
     let files = open_all(&args.report)?;
-    if let Some(folder) = &args.out {
-        fs::create_dir_all(folder)
-            .map_err(|error| CommandError::usage(format!("{} cannot be created: {error}", folder.display())))?;
+    let (explored, restored) = match spec.live().filter(|live| !live.is_virtual()) {
+        Some(live) => {
+            let limits =
+                SequenceLimits { power_cycles: args.power_cycles, memory_writes: live.bench().consent.nvm_write };
+            let variant = manual.variants.iter().find(|variant| variant.name == spec.variant);
+            let variant = variant
+                .ok_or_else(|| CommandError::usage(format!("{} has no variant {}", spec.manual, spec.variant)))?;
+            with_claimed_device(manual, variant, spec, limits, || sequences(args, &device, manual))
+                .map_err(CommandError::bench)?
+        }
+        None => (sequences(args, &device, manual), RestoreOutcome::default()),
+    };
+    restored.left.iter().chain(&restored.remarks).for_each(|text| print_message(text));
+    let explored = explored?;
+    let result = &explored.result;
+    keep_seeds(args.corpus.as_deref(), result)?;
+    let run = run_result(spec, explored.cases);
+    write_all(&args.report, files, &run, &manuals)?;
+    if !uses_standard_output(&args.report) {
+        show(&text(args, &device, manual, result, &explored.ignored));
+    }
+    let is_done = result.is_complete() && result.says_something() && restored.left.is_empty();
+    Ok(if is_done && result.findings.is_empty() { ExitStatus::Green } else { ExitStatus::Red })
+}
+
+/// What the sequences showed.
+struct ExploredSequences {
+    result: CampaignResult,
+    cases: Vec<CaseResult>,
+    /// What a live device does differently before any sequence.
+    ignored: Vec<IgnoredDifference>,
+}
+
+/// Runs the sequences; writes each finding at once.
+fn sequences(args: &ExploreArgs, device: &ExploredDevice, manual: &Manual) -> Result<ExploredSequences, CommandError> {
+    let spec = &device.spec;
+    let is_live = spec.live().is_some_and(|live| !live.is_virtual());
+    let mut bench = ExploreBench::new(&device.sources, manual, &spec.variant).map_err(stop)?;
+    bench = bench.until(link::interrupt::requested);
+    let is_compared = device.reference == KnownReference::Compared;
+    let mut reference = is_compared.then(|| LearnedReference::new(spec)).transpose().map_err(stop)?;
+    let mut ignored = Vec::new();
+    if is_live {
+        bench = bench.live();
+        if let Some(reference) = &mut reference {
+            ignored = learn_baseline(&mut bench, spec, reference).map_err(stop)?;
+        }
     }
     let options = CampaignOptions {
         seed: args.seed,
@@ -122,25 +183,71 @@ pub(super) fn explore(args: &ExploreArgs) -> CommandResult {
         kept: kept_seeds(args.corpus.as_deref())?,
         most_findings: args.findings,
     };
-    let result = Campaign::new(&bench, spec, reference, &options).run(&mut |_, _| {}).map_err(stop)?;
+    let mut written = Ok(());
+    let mut events = |event: CampaignEvent<'_>| {
+        let done = match event {
+            CampaignEvent::Confirmed { number, name, steps } => {
+                let text =
+                    format!("# {name} differs; these steps are not shortened yet.\n{}", bench.topic(&[steps.to_vec()]));
+                write_finding(args, number, &text)
+            }
+            CampaignEvent::Found { number, finding } => {
+                write_finding(args, number, &finding_file(args, &bench, spec, finding))
+            }
+        };
+        if written.is_ok() {
+            written = done;
+        }
+    };
+    let result = Campaign::new(&bench, spec, reference, &options).run(&mut events).map_err(stop)?;
+    written?;
     if let Some(error) = result.invalid.first() {
         return Err(CommandError::usage(format!(
             "{}; the first:\n{error}",
             count(result.invalid.len(), "sequence does not load", "sequences do not load")
         )));
     }
-    keep_seeds(args.corpus.as_deref(), &result)?;
     let mut cases = Vec::new();
     for (index, finding) in result.findings.iter().enumerate() {
         cases.push(case_result(args, &bench, spec, finding, index + 1)?);
     }
-    let run = run_result(spec, cases);
-    write_all(&args.report, files, &run, &manuals)?;
-    if !uses_standard_output(&args.report) {
-        show(&text(args, spec, manual, &result, *has_reference));
-    }
-    let is_done = !result.interrupted && result.says_something();
-    Ok(if is_done && result.findings.is_empty() { ExitStatus::Green } else { ExitStatus::Red })
+    Ok(ExploredSequences { result, cases, ignored })
+}
+
+/// Writes the file of a finding; it is there when this returns, whatever happens to the process.
+fn write_finding(args: &ExploreArgs, number: usize, text: &str) -> Result<(), CommandError> {
+    let Some(folder) = &args.out else { return Ok(()) };
+    let path = folder.join(format!("explored-{number}.yaml"));
+    let part = folder.join(format!("explored-{number}.part"));
+    let write = || -> std::io::Result<()> {
+        let mut file = fs::File::create(&part)?;
+        file.write_all(text.as_bytes())?;
+        file.sync_data()?;
+        fs::rename(&part, &path)
+    };
+    write().map_err(|error| CommandError::bench(format!("{} cannot be written: {error}", path.display())))
+}
+
+/// The case of a finding, or its steps, with the line that finds it again.
+fn finding_file(args: &ExploreArgs, bench: &ExploreBench<'_>, spec: &DutSpec, finding: &Finding) -> String {
+    let steps = std::slice::from_ref(&finding.steps);
+    let covered = finding.rules.iter().flat_map(|rule| &rule.covers).next();
+    let text = match (&finding.case, covered) {
+        (Some(case), _) => case.yaml(),
+        (None, Some(requirement)) => bench.topic_covering(requirement, steps),
+        (None, None) => bench.topic(steps),
+    };
+    format!("# {}\n{text}", repeat(args, spec, finding))
+}
+
+/// Whether there is a reference device that does the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum KnownReference {
+    /// There is, and the device is compared with it.
+    Compared,
+    /// There is, but what the device has stored before a sequence is not known.
+    StateUnknown,
+    None,
 }
 
 /// The device that is explored.
@@ -148,24 +255,29 @@ struct ExploredDevice {
     spec: DutSpec,
     /// The suite of the device.
     sources: Sources,
-    /// Whether there is a reference device that does the same.
-    has_reference: bool,
+    reference: KnownReference,
+    /// Held until the end.
+    _lock: Option<Lock>,
 }
 
-/// Starts a program that is the application of a device.
-fn program(target: &LiveTarget, manuals: &[Manual], args: &ExploreArgs) -> Result<ExploredDevice, CommandError> {
+/// Opens a live device, or starts a program that is the application of one.
+fn outside(target: &LiveTarget, manuals: &[Manual], args: &ExploreArgs) -> Result<ExploredDevice, CommandError> {
     let bench = target.bench(manuals)?;
-    if !matches!(bench.link, LinkSpec::App(_)) {
-        return Err(CommandError::usage(format!(
-            "{} cannot be explored; name a reference device, or a program: --dut app:COMMAND, or its bench file",
-            bench.link
-        )));
-    }
+    let is_program = matches!(bench.link, LinkSpec::App(_));
+    let lock = (!is_program).then(|| live::lock(&bench, LOCK_WAIT)).transpose()?;
     // Nothing but its description says what such a device does.
     let is_unknown = bench.claim.variant.is_empty();
     let spec = live::open(bench.clone(), &args.suites, false, None)?;
-    let has_reference = !is_unknown && deviations::subject(&spec.manual).is_ok();
-    Ok(ExploredDevice { sources: live::sources(&bench, &args.suites, &spec)?, has_reference, spec })
+    let stand = spec.live().map(|live| &live.bench().stand);
+    let is_renewed = stand.is_some_and(|of| {
+        of.serves("renew") && of.position() == Some(0.0) && !of.ask.iter().any(|name| name == "renew")
+    });
+    let reference = match () {
+        () if is_unknown || deviations::subject(&spec.manual).is_err() => KnownReference::None,
+        () if is_program || is_renewed => KnownReference::Compared,
+        () => KnownReference::StateUnknown,
+    };
+    Ok(ExploredDevice { sources: live::sources(&bench, &args.suites, &spec)?, reference, spec, _lock: lock })
 }
 
 fn stop(error: CannotExplore) -> CommandError {
@@ -208,19 +320,6 @@ fn case_result(
     number: usize,
 ) -> Result<CaseResult, CommandError> {
     let line = repeat(args, spec, finding);
-    if let Some(folder) = &args.out {
-        let path = folder.join(format!("explored-{number}.yaml"));
-        let steps = std::slice::from_ref(&finding.steps);
-        let covered = finding.rules.iter().flat_map(|rule| &rule.covers).next();
-        let text = match (&finding.case, covered) {
-            (Some(case), _) => case.yaml(),
-            (None, Some(requirement)) => bench.topic_covering(requirement, steps),
-            (None, None) => bench.topic(steps),
-        };
-        let text = format!("# {line}\n{text}");
-        fs::write(&path, text)
-            .map_err(|error| CommandError::bench(format!("{} cannot be written: {error}", path.display())))?;
-    }
     if let Some(case) = &finding.case {
         let outcome = bench.judge(case, spec, args.out.as_deref()).map_err(stop)?;
         let mut result = outcome.case;
@@ -279,7 +378,14 @@ fn run_result(spec: &DutSpec, cases: Vec<CaseResult>) -> RunResult {
     RunResult { runs: vec![run], ..RunResult::default() }
 }
 
-fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignResult, has_reference: bool) -> String {
+fn text(
+    args: &ExploreArgs,
+    explored: &ExploredDevice,
+    manual: &Manual,
+    result: &CampaignResult,
+    ignored: &[IgnoredDifference],
+) -> String {
+    let (spec, has_reference) = (&explored.spec, explored.reference == KnownReference::Compared);
     let mut out = String::new();
     let _ = writeln!(
         out,
@@ -294,6 +400,32 @@ fn text(args: &ExploreArgs, spec: &DutSpec, manual: &Manual, result: &CampaignRe
     if result.spoilt > 0 {
         let which = count(result.spoilt as usize, "sequence says", "sequences say");
         let _ = writeln!(out, "  {which} nothing: the bench does not permit it, or this host or the line was late");
+        let mut reasons: Vec<&(String, u64)> = result.spoilt_by.values().collect();
+        reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        for (why, count) in reasons.into_iter().take(MOST_REASONS) {
+            let times = plain_text::count(*count as usize, "time", "times");
+            let _ = writeln!(out, "    {times}: {why}");
+        }
+    }
+    if let Some(why) = &result.ended {
+        let _ = writeln!(out, "  ended: {why}");
+    }
+    if explored.reference == KnownReference::StateUnknown {
+        let _ = writeln!(
+            out,
+            "  judged by rules only: for a comparison the stand has to serve `renew` and place the shaft exactly"
+        );
+    }
+    for of in ignored {
+        let _ = writeln!(
+            out,
+            "  not compared, since it differs before any sequence: {} (reference device {}, this device {})",
+            of.name, of.reference, of.device
+        );
+    }
+    for (name, count) in &result.unconfirmed {
+        let times = plain_text::count(*count as usize, "time", "times");
+        let _ = writeln!(out, "  {name} differed {times}, but did not do so again, or other times explain it");
     }
     for name in &result.learned {
         let _ = writeln!(out, "  the device has the permitted variation {name}");

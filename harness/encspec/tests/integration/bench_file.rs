@@ -46,7 +46,7 @@ fn the_example_loads() {
     assert_eq!(bench.stand.hooks.len(), 5);
     assert_eq!(bench.stand.ask, ["link"]);
     assert_eq!(bench.stand.folder, path.parent().expect("a folder"));
-    let shaft = ShaftAbility { hand: false, position: Some(1.0), speed: Some(0.5) };
+    let shaft = ShaftAbility { hand: false, position: Some(1.0), speed: Some(0.5), uncoupled: true };
     assert_eq!(bench.stand.shaft, shaft);
     let all = Consents {
         factory_reset: true,

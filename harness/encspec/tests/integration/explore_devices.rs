@@ -22,7 +22,7 @@ fn explored(name: &str, variant: usize, deviations: &[&str], options: &CampaignO
     let dut = model(of, &of.variants[variant], deviations);
     let bench = ExploreBench::new(&suites::sources(), of, &dut.variant).expect("a bench");
     let reference = LearnedReference::new(&dut).expect("a reference device");
-    Campaign::new(&bench, &dut, Some(reference), options).run(&mut |_, _| {}).expect("a result")
+    Campaign::new(&bench, &dut, Some(reference), options).run(&mut |_| {}).expect("a result")
 }
 
 #[test]

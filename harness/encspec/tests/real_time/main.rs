@@ -7,6 +7,7 @@
 mod against;
 #[path = "../common/mod.rs"]
 mod common;
+mod explore;
 mod hostile;
 mod kills;
 mod nic;
@@ -30,6 +31,7 @@ fn main() -> ExitCode {
     arguments.test_threads.get_or_insert(AT_ONCE);
     let trials = [
         kills::trials(),
+        explore::trials(),
         hostile::trials(),
         against::trials(),
         serial::trials(),

@@ -6,6 +6,8 @@
 use super::BenchState;
 use super::bus_watch::BusWatch;
 use crate::device_discovery::is_cyclic;
+use crate::frame_limits::FrameLimits;
+use crate::journal::Journal;
 use crate::line::DeviceLine;
 use controllers::profinet_io::Controller;
 use engine::Disturbance;
@@ -13,6 +15,7 @@ use engine::HarnessStations;
 use engine::TrialEnvironment;
 use engine::segment::{FrameTap, Segment};
 use link::{BusTransmission, LinkError, WireStep};
+use results::journal::JournalEntry;
 use station::{Duration, Outbox, Stand, Time};
 use std::sync::MutexGuard;
 use wire::ethernet::Mac;
@@ -63,6 +66,17 @@ struct LiveSegment<'a> {
 fn is_foreign_exchange(frame: &[u8], device: Mac, ours: &[Mac; 2]) -> bool {
     let (Some(to), Some(from)) = (frame.get(..6), frame.get(6..12)) else { return false };
     from == device.0 && !ours.iter().any(|own| own.0 == to) && is_cyclic(frame)
+}
+
+/// Notes in the journal what a frame of a drawn sequence changes for the first time, before it is sent; returns whether that is done.
+fn are_noted(limits: Option<&mut FrameLimits>, journal: &mut Journal, changes: &mut Vec<String>) -> bool {
+    let new = limits.map_or(&[][..], FrameLimits::take_new_changes);
+    let what: Vec<String> = new.iter().map(|word| (*word).to_owned()).filter(|word| !changes.contains(word)).collect();
+    if what.is_empty() {
+        return true;
+    }
+    changes.extend(what.iter().cloned());
+    journal.add(&JournalEntry::Changes { trial: "explore".to_owned(), what, stand: Vec::new() }).is_ok()
 }
 
 impl LiveSegment<'_> {
@@ -119,10 +133,13 @@ impl LiveSegment<'_> {
         tap: FrameTap<'_>,
     ) -> Result<WireStep, LinkError> {
         let (device, ours, spoilt, watch) = (self.device, self.ours, &mut self.spoilt, &mut self.watch);
-        match &mut self.state.line {
+        let BenchState { line, journal, changes, .. } = &mut *self.state;
+        match line {
             DeviceLine::Wire(wire, guard) => {
                 let mac = |controller: &Controller| controller.settings().mac.0;
-                let mut fence = |frame: &[u8]| guard.allows(frame);
+                let mut fence = |frame: &[u8]| {
+                    guard.allows(frame) && are_noted(guard.limits_mut().as_deref_mut(), journal, changes)
+                };
                 let tap: FrameTap<'_> = &mut |time, frame| {
                     if spoilt.is_none() && is_foreign_exchange(frame, device, &ours) {
                         *spoilt = Some(Disturbance::lasting("another controller exchanges data with the device"));
@@ -138,7 +155,9 @@ impl LiveSegment<'_> {
                 }
             }
             DeviceLine::Bus(bus, fence) => {
-                let mut fence = |octets: &[u8]| fence.allows(octets);
+                let mut fence = |octets: &[u8]| {
+                    fence.allows(octets) && are_noted(fence.limits_mut().as_deref_mut(), journal, changes)
+                };
                 let mut tap = |heard: BusTransmission<'_>| {
                     let (begin, objection) = watch.observe(&heard);
                     if spoilt.is_none() {
@@ -190,7 +209,8 @@ impl Segment for LiveSegment<'_> {
     }
 
     fn objections(&self) -> Vec<String> {
-        self.state.line.withheld_frames().summary().into_iter().collect()
+        let refused = self.state.stand.refused_by_limits().map(str::to_owned);
+        self.state.line.withheld_frames().summary().into_iter().chain(refused).collect()
     }
 
     fn withheld(&self) -> Option<String> {
@@ -234,5 +254,6 @@ impl Segment for LiveSegment<'_> {
 impl Drop for LiveSegment<'_> {
     fn drop(&mut self) {
         self.state.line.forget_withheld();
+        self.state.stand.forget_refused();
     }
 }

@@ -26,7 +26,7 @@ static IP: Pattern = Pattern { regex: r"^(0|[1-9][0-9]{0,2})(\.(0|[1-9][0-9]{0,2
 /// A firmware version: three numbers.
 static FIRMWARE: Pattern = Pattern { regex: r"^[0-9]+\.[0-9]+\.[0-9]+$" };
 /// How the shaft can be moved.
-static SHAFT: Pattern = Pattern { regex: r"^(hand|(position|speed)\((\u00b1|\+/-) *[0-9.]+\))$" };
+static SHAFT: Pattern = Pattern { regex: r"^(hand|uncoupled|(position|speed)\((\u00b1|\+/-) *[0-9.]+\))$" };
 /// The rates of PROFIBUS in bits per second.
 static BAUD_RATES: [u32; BaudRate::STANDARD.len()] = {
     let mut rates = [0; BaudRate::STANDARD.len()];
@@ -105,7 +105,7 @@ key_set! {
         control may Text, "A Unix socket that accepts control commands, like the one of `encspec serve --control`.";
         hooks may Names(&FilledText), "For each name that is set or read, the command that does it; `{value}` stands for the value.";
         ask may NonEmpty(&Text), "Names that a person sets when prompted at the terminal.";
-        shaft may NonEmpty(&Pattern(&SHAFT)), "How the shaft can be moved: `hand`, `position(\u{b1}STEPS)`, `speed(\u{b1}RPM)`.";
+        shaft may NonEmpty(&Pattern(&SHAFT)), "How the shaft can be moved: `hand`, `position(\u{b1}STEPS)`, `speed(\u{b1}RPM)`; `uncoupled`: nothing is driven by its position.";
     }
 }
 

@@ -329,7 +329,7 @@ impl StandSpec {
 
     /// Accuracy in steps with which the shaft can be positioned; `None`: it cannot be positioned.
     pub fn position(&self) -> Option<f64> {
-        self.shaft.position.or((self.control.is_some() && self.shaft == ShaftAbility::default()).then_some(0.0))
+        self.shaft.position.or((self.control.is_some() && self.shaft.is_unsaid()).then_some(0.0))
     }
 
     /// What it can do, in words: the names that it serves, and how it moves the shaft.
@@ -339,7 +339,8 @@ impl StandSpec {
         let hooks = self.hooks.iter().map(|(name, _)| name.clone());
         let asked = self.ask.iter().map(|name| format!("{name} (the operator)"));
         let shaft = self.shaft.hand.then(|| "shaft by hand".to_owned());
-        let mut all: Vec<String> = controlled.chain(hooks).chain(asked).chain(shaft).collect();
+        let uncoupled = self.shaft.uncoupled.then(|| "shaft uncoupled".to_owned());
+        let mut all: Vec<String> = controlled.chain(hooks).chain(asked).chain(shaft).chain(uncoupled).collect();
         all.extend(self.position().map(|steps| format!("shaft to a position (±{steps} steps)")));
         all.extend(self.speed().map(|speed| format!("shaft at a speed (±{speed} revolutions per minute)")));
         all
@@ -347,7 +348,7 @@ impl StandSpec {
 
     /// Accuracy in revolutions per minute with which the shaft can be turned; `None`: it cannot be turned at a speed.
     pub fn speed(&self) -> Option<f64> {
-        self.shaft.speed.or((self.control.is_some() && self.shaft == ShaftAbility::default()).then_some(0.0))
+        self.shaft.speed.or((self.control.is_some() && self.shaft.is_unsaid()).then_some(0.0))
     }
 }
 
@@ -360,6 +361,15 @@ pub struct ShaftAbility {
     pub position: Option<f64>,
     /// It can be turned at a speed, with this accuracy in revolutions per minute.
     pub speed: Option<f64>,
+    /// It is coupled to nothing, and nothing is driven by the position.
+    pub uncoupled: bool,
+}
+
+impl ShaftAbility {
+    /// Whether nothing says how it is moved.
+    pub fn is_unsaid(&self) -> bool {
+        !self.hand && self.position.is_none() && self.speed.is_none()
+    }
 }
 
 /// Permitted changes to a live device that last beyond the run.

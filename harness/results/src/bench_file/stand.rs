@@ -112,13 +112,19 @@ fn sentence(name: &str) -> &'static str {
     HOOKS.iter().find(|(hook, _)| same(hook)).map_or("", |(_, sentence)| sentence)
 }
 
+const SHAFT_WORDS: [&str; 4] = ["hand", "position", "speed", "uncoupled"];
+
 fn shaft(node: &Node) -> Read<ShaftAbility> {
     let mut shaft = ShaftAbility::default();
     for item in node.items("shaft")? {
         let text = item.text("an ability")?;
         let twice = || item.wrong(format!("`{text}` is listed twice in shaft"));
-        if text == "hand" {
-            if std::mem::replace(&mut shaft.hand, true) {
+        if let Some(flag) = match text {
+            "hand" => Some(&mut shaft.hand),
+            "uncoupled" => Some(&mut shaft.uncoupled),
+            _ => None,
+        } {
+            if std::mem::replace(flag, true) {
                 return Err(twice());
             }
             continue;
@@ -127,7 +133,7 @@ fn shaft(node: &Node) -> Read<ShaftAbility> {
         let place = match word {
             "position" => &mut shaft.position,
             "speed" => &mut shaft.speed,
-            _ => return Err(Mistake::unknown(item.spot, "ability of the shaft", word, ["hand", "position", "speed"])),
+            _ => return Err(Mistake::unknown(item.spot, "ability of the shaft", word, SHAFT_WORDS)),
         };
         let number = exactly.strip_prefix('\u{b1}').or_else(|| exactly.strip_prefix("+/-"));
         let number = number.and_then(|number| expression::number(number.trim()).ok()).map(expression::Number::to_f64);
