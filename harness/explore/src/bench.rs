@@ -1,6 +1,7 @@
 //! Runs sequences on devices, and written cases.
 
 use crate::difference::{LogDifference, first};
+use crate::retention::{self, RETENTION};
 use crate::sequence_log::{BrokenRule, SILENCE, SequenceLog};
 use crate::settled::SettledComparison;
 use crate::step::SequenceStep;
@@ -34,6 +35,7 @@ pub enum CannotExplore {
 /// Sequences that are loaded and can be run on any device of the manual.
 pub struct LoadedSequences {
     manual: Manual,
+    steps: Vec<Vec<SequenceStep>>,
 }
 
 /// A manual whose devices are explored.
@@ -157,7 +159,7 @@ impl<'m> ExploreBench<'m> {
     /// Loads sequences.
     pub fn load(&self, sequences: &[Vec<SequenceStep>]) -> Result<LoadedSequences, CannotExplore> {
         let manual = self.checker.with_rules(&self.topic_path(), &self.topic(sequences));
-        Ok(LoadedSequences { manual: manual.map_err(CannotExplore::NotUnderstood)? })
+        Ok(LoadedSequences { manual: manual.map_err(CannotExplore::NotUnderstood)?, steps: sequences.to_vec() })
     }
 
     /// Takes out the steps that the bench of a live device cannot or may not do, and with a connection all that is done in it.
@@ -233,7 +235,9 @@ impl<'m> ExploreBench<'m> {
             }
             Some(_) | None => None,
         };
-        log.protocol_errors.extend(error.map(|(kind, what)| ProtocolError { kind, what }));
+        let steps = loaded.steps.get(number).map_or(&[][..], Vec::as_slice);
+        let kept = retention::broken(&self.manual.device, steps, &log).map(|what| (RETENTION, what));
+        log.protocol_errors.extend(error.into_iter().chain(kept).map(|(kind, what)| ProtocolError { kind, what }));
         Ok(SequenceLog { log, frames, broken, spoilt: excluded.or(spoilt.filter(|_| !is_virtual)) })
     }
 

@@ -36,6 +36,8 @@ const NEW_DEVICE: u64 = 2;
 /// How many sets of variations are tried to explain a difference.
 const MANY_RUNS: usize = 3000;
 const FEW_RUNS: usize = 300;
+/// Without a reference device, one of so many sequences is about what a power cycle keeps.
+const RETENTION_EACH: u64 = 16;
 /// How often a difference has to show.
 const REPEATS: usize = 3;
 /// The position of the shaft in a case that depends on it, in hardware steps.
@@ -247,6 +249,12 @@ impl<'a, 'm> Campaign<'a, 'm> {
     /// A new one has a seed.
     fn draw(&self, number: u64) -> (Option<u64>, Vec<SequenceStep>) {
         let mut draw = Draw::new(self.options.seed.wrapping_mul(0x1_0001).wrapping_add(number));
+        if self.reference.is_none() && number % RETENTION_EACH == RETENTION_EACH - 1 {
+            let save = self.bench.manual().device.parameter_access.save;
+            if let Some(steps) = self.source.retention(save, draw.bits()) {
+                return (None, steps);
+            }
+        }
         let focus = &self.options.focus;
         let hits = |(_, steps): &(u64, Vec<SequenceStep>)| {
             let text: String = steps.iter().map(|step| step.action.yaml()).collect();

@@ -24,6 +24,7 @@ mod live_steps;
 pub mod minimise;
 mod names;
 mod requests;
+mod retention;
 mod schedule;
 mod sequence;
 pub mod sequence_log;

@@ -4,6 +4,7 @@ use crate::activity::{Activities, abort};
 use crate::draw::Draw;
 use crate::names::{ModuleNames, SequenceNames};
 use crate::requests;
+use crate::retention;
 use crate::schedule::Schedule;
 use crate::step::SequenceStep;
 use compare::action::{ConnectAction, ControllerAction};
@@ -45,6 +46,11 @@ impl SequenceSource {
         let of_parts =
             parts.flat_map(|part| std::iter::once(ControllerAction::Connect(part.connect).into()).chain(part.steps));
         shaft.into_iter().chain(of_parts).collect()
+    }
+
+    /// A sequence about what a power cycle keeps, of this seed.
+    pub(crate) fn retention(&self, save: u16, seed: u64) -> Option<Vec<SequenceStep>> {
+        retention::sequence(&self.names, save, &mut Draw::new(seed))
     }
 
     /// The sequence of this seed.

@@ -70,6 +70,28 @@ fn a_bug_becomes_a_short_case(#[case] name: &str, #[case] bug: &str) {
     assert_eq!((verdict(&[]), verdict(&[bug])), (Verdict::Pass, Verdict::Fail), "{}", case.yaml());
 }
 
+/// Explores a variant as if no reference device were known.
+fn explored_alone(name: &str, variant: usize, deviations: &[&str], options: &CampaignOptions) -> Vec<String> {
+    let of = manual(name);
+    let dut = model(of, &of.variants[variant], deviations);
+    let bench = ExploreBench::new(&suites::sources(), of, &dut.variant).expect("a bench");
+    let result = Campaign::new(&bench, &dut, None, options).run(&mut |_| {}).expect("a result");
+    assert!(result.invalid.is_empty(), "{:?}", result.invalid);
+    result.findings.into_iter().map(|of| format!("{}: {}", of.name, of.device)).collect()
+}
+
+#[test]
+fn what_a_power_cycle_keeps_is_judged_without_a_reference_device() {
+    let is_about_it = |found: &String| found.starts_with("retention");
+    let options = |sequences| CampaignOptions { seed: 2, sequences: Some(sequences), ..CampaignOptions::default() };
+    for of in manuals() {
+        let found = explored_alone(&of.device.name, 0, &[], &options(96));
+        assert!(!found.iter().any(is_about_it), "{}: {found:?}", of.device.name);
+    }
+    let found = explored_alone("lika-xac77-profinet", 0, &["every-write-is-stored"], &options(96));
+    assert!(found.iter().any(|of| of.starts_with("retention: P65000")), "{found:?}");
+}
+
 #[test]
 fn a_permitted_variation_is_learned_and_not_reported() {
     let options = CampaignOptions { seed: 1, sequences: Some(20), ..CampaignOptions::default() };
