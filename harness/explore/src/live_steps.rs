@@ -175,7 +175,7 @@ mod tests {
             "connect: { module: telegram_81 }",
             "send: { broken: { frame: alarm_endpoint } }",
             "wait: 120ms",
-            "disconnect: {}",
+            "connect: none",
             "wait: 120ms",
         ];
         assert_eq!(verbs, expected);

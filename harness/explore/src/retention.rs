@@ -162,7 +162,7 @@ mod tests {
     use expression::Value;
 
     /// The log of a sequence in which reads have these values, in order, and everything else succeeds.
-    fn log(steps: &[SequenceStep], values: &[u64]) -> StepLog {
+    fn log(steps: &[SequenceStep], values: &[i64]) -> StepLog {
         let mut values = values.iter();
         let logged = steps.iter().map(|step| {
             let mut logged = LoggedStep::default();
@@ -172,7 +172,9 @@ mod tests {
             }
             logged
         });
-        StepLog { steps: logged.collect(), ..StepLog::default() }
+        let mut log = StepLog::default();
+        log.steps = logged.collect();
+        log
     }
 
     /// A power cycle, a connection, P65000 read, written and read, perhaps saved, and read after another power cycle.
@@ -194,7 +196,7 @@ mod tests {
     fn what_is_kept_follows_from_saves_and_permanent_parameters() {
         let manuals = |name: &str| suite_yaml::load(&suites::sources(), Some(name)).expect("the suite");
         let (lika, a3m60) = (manuals("lika-xac77-profinet"), manuals("sick-a3m60-profibus"));
-        let of = |device: &DeviceDescription, saved: bool, values: &[u64]| {
+        let of = |device: &DeviceDescription, saved: bool, values: &[i64]| {
             broken(device, &steps(saved), &log(&steps(saved), values)).is_some()
         };
         let lika = &lika[0].device;

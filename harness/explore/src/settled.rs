@@ -162,7 +162,8 @@ mod tests {
             changes: changes.iter().map(change).collect(),
             ..LoggedStep::default()
         };
-        let log = StepLog { steps: vec![step], ..StepLog::default() };
+        let mut log = StepLog::default();
+        log.steps.push(step);
         SequenceLog { log, frames: 1, broken: Vec::new(), spoilt: None }
     }
 
@@ -176,7 +177,7 @@ mod tests {
         let of = comparison();
         assert_eq!(of.first(&log(&[(0, 5), (40, 6)]), &log(&[(3, 5), (90, 6)])), None, "the same, at other times");
         assert_eq!(of.first(&log(&[(0, 5), (10, 7), (20, 6)]), &log(&[(0, 6)])), None, "a change that is over");
-        assert_eq!(of.first(&log(&[(0, 5)]), &log(&[(0, 5), (250, 6)])), None, "it has just changed");
+        assert_eq!(of.first(&log(&[(0, 5)]), &log(&[(0, 5), (270, 6)])), None, "it has just changed");
         let found = of.first(&log(&[(0, 5)]), &log(&[(0, 5), (100, 6)])).expect("another value at rest");
         assert_eq!(found.name, DifferenceName::Sent(ObservedName::DataStatus));
         let mut of = of;
