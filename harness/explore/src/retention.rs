@@ -104,8 +104,7 @@ pub(crate) fn broken(device: &DeviceDescription, steps: &[SequenceStep], log: &S
             },
             ControllerAction::Read(names) => {
                 let [name] = names.as_slice() else { return None };
-                let value = logged.reads.iter().find(|(of, _)| of == name).and_then(|(_, value)| value.as_whole());
-                let Some(value) = value else { return None };
+                let value = logged.reads.iter().find(|(of, _)| of == name).and_then(|(_, value)| value.as_whole())?;
                 if *name == save {
                     // A save that is not shown as complete says nothing.
                     if saving && value == 0 {

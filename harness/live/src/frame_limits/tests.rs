@@ -113,7 +113,6 @@ fn connect(ident: u32, ar_type: ArType) -> Vec<u8> {
         // Inputs and outputs.
         submodule_properties: SubmoduleProperties(3),
         data_descriptions: vec![DataDescription::input(12), DataDescription::output(4)],
-        ..ExpectedSubmodule::default()
     };
     let module = ExpectedModule { slot_number: 1, submodules: vec![submodule], ..ExpectedModule::default() };
     let object = FrameObject { slot_number: 1, subslot_number: 2, frame_offset: 0 };
