@@ -8,9 +8,9 @@ use super::error::{Mistake, Mistakes, Read};
 use super::keys::Keyed;
 use super::topic_keys::{case, uses};
 use super::yaml::{Node, NodeKind, mentions};
-use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use suite::model::{GenericSuite, LeftOutPart, Requirement, RequirementClass, SuiteVariant, Trial};
 use suite::scan::each_step_of;
 
@@ -26,7 +26,7 @@ pub(super) struct Also {
     /// The places of its requirements among those of the manual.
     pub requirements: Range<usize>,
     /// What of `give` and `except` was met.
-    met: RefCell<BTreeSet<String>>,
+    met: Mutex<BTreeSet<String>>,
 }
 
 /// What stands under `also` in the text of a `device.yaml`.
@@ -67,14 +67,18 @@ fn one(at: &Node, suite: &str, node: &Node) -> Read<Also> {
         left_out(key, keyed.must(&contradicted::why)?, Some(keyed.must(&contradicted::cites)?))?;
     }
     let (at, suite) = (at.clone(), suite.to_owned());
-    Ok(Also { suite, at, give, except, requirements: 0..0, met: RefCell::default() })
+    Ok(Also { suite, at, give, except, requirements: 0..0, met: Mutex::default() })
 }
 
 impl Also {
     fn left_out(&self, what: &str) -> Option<&LeftOutPart> {
         let (_, found) = self.except.iter().find(|(_, of)| of.what == what)?;
-        self.met.borrow_mut().insert(what.to_owned());
+        self.met().insert(what.to_owned());
         Some(found)
+    }
+
+    fn met(&self) -> MutexGuard<'_, BTreeSet<String>> {
+        self.met.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The topics that the manual takes, with what it gives them; `own` are the names of its own topics.
@@ -152,7 +156,7 @@ impl Also {
     fn instead(&self, name: &Node, value: &mut Node) {
         let Some(name) = name.scalar() else { return };
         if let Some((_, given)) = self.give.iter().find(|(known, _)| known == name) {
-            self.met.borrow_mut().insert(format!("give {name}"));
+            self.met().insert(format!("give {name}"));
             *value = given.clone();
         }
     }
@@ -164,7 +168,7 @@ impl Also {
 
     /// Notes what is given or left out in vain.
     pub(super) fn check_met(&self, nodes: &[(String, Node)], mistakes: &Mistakes) {
-        let met = self.met.borrow();
+        let met = self.met();
         for (name, value) in self.give.iter().filter(|(name, _)| !met.contains(&format!("give {name}"))) {
             mistakes.note(value.wrong(format!("no topic that is taken of `{}` is given `{name}`", self.suite)));
         }

@@ -270,6 +270,12 @@ pub struct Checker {
     nodes: Vec<(String, Node)>,
 }
 
+/// A checker serves several threads.
+const _: () = {
+    const fn is_shared<T: Send + Sync>() {}
+    is_shared::<Checker>();
+};
+
 impl Checker {
     /// Fails as [`load`] does if the manual `folder` has a mistake.
     pub fn new(sources: &Sources, folder: &str) -> Result<Checker, LoadErrors> {

@@ -247,17 +247,20 @@ impl VirtualBus {
         };
         let (port, time) = (burst.port, burst.begin);
         let silent = self.bits(time.nanos_since(last.end));
-        let least = self.min_tsdrs.of_next_answer().0;
+        let (least, obeyed) = (self.min_tsdrs.of_next_answer().0, self.min_tsdrs.longest_of_next_answer().0);
         match burst.part {
             BurstRole::Request(_) | BurstRole::Unanswered if silent < BitTimes::TSYN.0 => {
                 Some(WireViolation::NoSilence { port, time, silent })
             }
             BurstRole::Answer(_) if silent < least => Some(WireViolation::TooEarly { port, time, silent, least }),
-            BurstRole::Answer(_) if last.expects_answer && silent > self.slot.0 => {
+            // A slave obeys the min TSDR of its master, even one that no answer can obey in time.
+            BurstRole::Answer(_) if last.expects_answer && silent > self.slot.0.max(obeyed) => {
                 Some(WireViolation::TooLate { port, time, silent, slot: self.slot.0 })
             }
             BurstRole::Answer(_) if last.expects_answer => match self.max_tsdr {
-                Some(BitTimes(most)) if silent > most => Some(WireViolation::AfterMaxTsdr { port, time, silent, most }),
+                Some(BitTimes(most)) if silent > most.max(obeyed) => {
+                    Some(WireViolation::AfterMaxTsdr { port, time, silent, most })
+                }
                 _ => None,
             },
             _ => None,

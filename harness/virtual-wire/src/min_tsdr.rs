@@ -11,6 +11,8 @@ use wire::profibus::fdl::BitTimes;
 pub(crate) struct MinTsdrs {
     /// The stations with another than the default.
     in_force: Vec<(u8, BitTimes)>,
+    /// The min TSDR of the last Set_Prm that each station acknowledged, in force or not.
+    given: Vec<(u8, BitTimes)>,
     /// The last acknowledged Set_Prm.
     acknowledged: Option<SentParameters>,
     /// The request whose answer comes next.
@@ -20,8 +22,17 @@ pub(crate) struct MinTsdrs {
 impl MinTsdrs {
     /// The least time until the answer to the last request.
     pub(crate) fn of_next_answer(&self) -> BitTimes {
+        self.of_asked(&self.in_force)
+    }
+
+    /// The longest min TSDR that the asked station may obey: that of an acknowledged Set_Prm, which it need not have refused.
+    pub(crate) fn longest_of_next_answer(&self) -> BitTimes {
+        self.of_next_answer().max(self.of_asked(&self.given))
+    }
+
+    fn of_asked(&self, times: &[(u8, BitTimes)]) -> BitTimes {
         let asked = self.asked.map(AskedService::station);
-        let own = self.in_force.iter().find(|(known, _)| Some(*known) == asked);
+        let own = times.iter().find(|(known, _)| Some(*known) == asked);
         own.map_or(BitTimes::DEFAULT_MIN_TSDR, |(_, bits)| *bits)
     }
 
@@ -39,6 +50,8 @@ impl MinTsdrs {
             }
             (BurstRole::Answer(AnswerKind::ShortAcknowledgement), Some(AskedService::SetPrm(sent))) => {
                 self.put(sent.slave, BitTimes::DEFAULT_MIN_TSDR);
+                self.given.retain(|(known, _)| *known != sent.slave);
+                self.given.push((sent.slave, sent.min_tsdr));
                 self.acknowledged = Some(sent);
             }
             // A slave without inputs acknowledges its outputs by E5h.
@@ -127,5 +140,21 @@ mod tests {
         }
         times.observe(BurstRole::of(&data_exchange(MASTER)));
         assert_eq!(times.of_next_answer(), BitTimes(bits));
+    }
+
+    #[rstest]
+    #[case::before_any([].into(), 11)]
+    #[case::acknowledged_only([set_prm(MASTER, 255), E5.into()].into(), 255)]
+    #[case::refused([set_prm(MASTER, 255), E5.into(), data_exchange(MASTER), not_ready(MASTER)].into(), 255)]
+    #[case::silent([set_prm(MASTER, 255), E5.into(), data_exchange(MASTER)].into(), 255)]
+    #[case::replaced([set_prm(MASTER, 255), E5.into(), set_prm(MASTER, 0), E5.into()].into(), 11)]
+    #[case::not_acknowledged([set_prm(MASTER, 255)].into(), 11)]
+    fn a_slave_may_obey_what_it_has_acknowledged(#[case] frames: Vec<Vec<u8>>, #[case] bits: u64) {
+        let mut times = MinTsdrs::default();
+        for octets in frames {
+            times.observe(BurstRole::of(&octets));
+        }
+        times.observe(BurstRole::of(&data_exchange(MASTER)));
+        assert_eq!(times.longest_of_next_answer(), BitTimes(bits));
     }
 }

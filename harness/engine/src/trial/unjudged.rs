@@ -2,7 +2,7 @@
 
 use super::{RunningTrial, TrialPhase, failure};
 use crate::step_log::{LoggedStep, ProtocolError};
-use results::outcome::CaseFailure;
+use results::outcome::{CaseFailure, FailureCause};
 use results::verdict::Verdict;
 use suite::device::NameKind;
 use suite::model::{AcyclicAccess, TrialStep, Verb};
@@ -20,7 +20,10 @@ impl<'a> RunningTrial<'a> {
         trial.how().steps.iter().for_each(|step| self.record_step(step));
         self.checks = 1;
         (self.phase, self.world.closing) = (TrialPhase::After, true);
-        if let Err(trouble) = self.clean_up() {
+        // What we could not ask says nothing about the device.
+        if let Err(trouble) = self.clean_up()
+            && trouble.blame == FailureCause::Device
+        {
             self.protocol_error("silence", format!("After the last step: {}", trouble.what));
         }
         self.world.act();

@@ -469,12 +469,7 @@ pub const ALWAYS: &[HiddenBugs] = &[
     ),
     hidden(
         &["write-taken-late"],
-        &[
-            "p971-confirms-too-early",
-            "record-read-freezes-position",
-            "save-during-save-lost",
-            "saved-before-it-is-written",
-        ],
+        &["record-read-freezes-position", "save-during-save-lost", "saved-before-it-is-written"],
         "the request is taken when what the bug spoils is over",
     ),
     hidden(
