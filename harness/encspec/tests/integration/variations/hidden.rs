@@ -469,7 +469,7 @@ pub const ALWAYS: &[HiddenBugs] = &[
     ),
     hidden(
         &["write-taken-late"],
-        &["record-read-freezes-position", "save-during-save-lost", "saved-before-it-is-written"],
+        &["record-read-freezes-position", "save-during-save-lost"],
         "the request is taken when what the bug spoils is over",
     ),
     hidden(
