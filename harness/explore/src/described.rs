@@ -71,7 +71,8 @@ impl DeviceWords<'_> {
                 }
             }
             DifferenceName::Event(_) => {
-                let events = step.changes.iter().filter_map(|change| match &change.what {
+                let steps = log.steps.get(found.first_step..=found.step).unwrap_or_default();
+                let events = steps.iter().flat_map(|step| &step.changes).filter_map(|change| match &change.what {
                     Observed::Event(said) => Some(
                         said.iter()
                             .filter_map(|(name, value)| Some(format!("{name}: {}", literal::of_value(value, &[])?)))

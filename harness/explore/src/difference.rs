@@ -5,6 +5,7 @@
 
 use crate::sequence_log::SequenceLog;
 use engine::step_log::{LoggedChange, LoggedStep, Observed, ObservedName, StepLog};
+use expression::Value;
 use judge::answer::ReceivedReply;
 use station::Duration;
 use std::collections::BTreeMap;
@@ -77,6 +78,8 @@ pub struct LogDifference {
     pub name: DifferenceName,
     /// The index of the step.
     pub step: usize,
+    /// The first of the steps that were compared together: of a live device, those since values were last at rest.
+    pub first_step: usize,
     /// The time since the step began.
     pub after: Duration,
 }
@@ -109,7 +112,8 @@ pub(crate) fn protocol_error_or_rule(reference: &SequenceLog, other: &SequenceLo
 
 /// What differs after the last step.
 fn at_end(log: &StepLog, kind: LogDifferenceKind, name: DifferenceName) -> LogDifference {
-    LogDifference { kind, name, step: log.steps.len().saturating_sub(1), after: Duration::MAX }
+    let step = log.steps.len().saturating_sub(1);
+    LogDifference { kind, name, step, first_step: step, after: Duration::MAX }
 }
 
 fn first_of_steps(reference: &StepLog, other: &StepLog) -> Option<LogDifference> {
@@ -119,6 +123,7 @@ fn first_of_steps(reference: &StepLog, other: &StepLog) -> Option<LogDifference>
             kind: LogDifferenceKind::Answer,
             name,
             step,
+            first_step: step,
             after: one.ended.since(one.began),
         });
         let change = changes(step, &one.changes, &two.changes, &mut standing);
@@ -179,7 +184,7 @@ struct Standing(BTreeMap<ObservedName, [Option<u64>; 2]>);
 fn changes(step: usize, one: &[LoggedChange], two: &[LoggedChange], standing: &mut Standing) -> Option<LogDifference> {
     let mut found: Option<LogDifference> = None;
     let mut add = |kind, name, after| {
-        let new = LogDifference { kind, name, step, after };
+        let new = LogDifference { kind, name, step, first_step: step, after };
         let rank = |of: &LogDifference| (of.kind == LogDifferenceKind::Time, of.after, of.name.clone());
         if found.as_ref().is_none_or(|known| rank(&new) < rank(known)) {
             found = Some(new);
@@ -215,33 +220,30 @@ fn changes(step: usize, one: &[LoggedChange], two: &[LoggedChange], standing: &m
             add(LogDifferenceKind::Time, DifferenceName::Sent(*name), *after.min(other));
         }
     }
-    let events = |side: &[LoggedChange]| -> Vec<(Duration, String)> {
+    let events = |side: &'_ [LoggedChange]| -> Vec<(Duration, Vec<(String, Value)>)> {
         let event = |change: &LoggedChange| match &change.what {
-            Observed::Event(said) => Some((change.after, format!("{said:?}"))),
+            Observed::Event(said) => Some((change.after, said.clone())),
             Observed::Value(..) => None,
         };
         side.iter().filter_map(event).collect()
     };
     let (a, b) = (events(one), events(two));
-    let kind = |text: &str| {
-        if text.contains("abort") {
-            "abort"
-        } else if text.contains("lldp") {
-            "lldp"
-        } else {
-            "alarm"
-        }
-    };
     let longest = a.len().max(b.len());
     for index in 0..longest {
         let (x, y) = (a.get(index), b.get(index));
-        if x.map(|(_, text)| text) != y.map(|(_, text)| text) {
-            let (after, text) = x.or(y).cloned().unwrap_or_default();
-            add(LogDifferenceKind::Event, DifferenceName::Event(kind(&text).to_owned()), after);
+        if x.map(|(_, said)| said) != y.map(|(_, said)| said) {
+            let (after, said) = x.or(y).cloned().unwrap_or_default();
+            add(LogDifferenceKind::Event, DifferenceName::Event(event_kind(&said).to_owned()), after);
             break;
         }
     }
     found
+}
+
+/// The kind of an event by the first name in it.
+pub(crate) fn event_kind(said: &[(String, Value)]) -> &'static str {
+    let first = said.first().and_then(|(name, _)| name.split('.').next());
+    ["abort", "lldp", "hello"].into_iter().find(|kind| Some(*kind) == first).unwrap_or("alarm")
 }
 
 /// The protocol errors of a device that the reference device does not have, as sentences.

@@ -2,9 +2,12 @@
 //!
 //! Its times depend on its host and its line, so that no time is compared, nor a value that has just changed, nor one that counts.
 
-use crate::difference::{AnswerKey, DifferenceName, LogDifference, LogDifferenceKind, protocol_error_or_rule, shown};
+use crate::difference::{
+    AnswerKey, DifferenceName, LogDifference, LogDifferenceKind, event_kind, protocol_error_or_rule, shown,
+};
 use crate::sequence_log::SequenceLog;
 use engine::step_log::{LoggedStep, Observed, ObservedName};
+use expression::Value;
 use judge::answer::ReceivedReply;
 use station::Duration;
 use std::collections::{BTreeMap, BTreeSet};
@@ -51,12 +54,13 @@ impl SettledComparison {
     pub fn all(&self, reference: &SequenceLog, other: &SequenceLog) -> Vec<LogDifference> {
         let mut list = Vec::new();
         let mut standing: BTreeMap<ObservedName, [StandingValue; 2]> = BTreeMap::new();
-        let mut events: [Vec<String>; 2] = [Vec::new(), Vec::new()];
+        let mut events: [Vec<ComparedEvent>; 2] = [Vec::new(), Vec::new()];
         let mut began = [Duration::ZERO; 2];
+        let mut first_step = 0;
         for (step, sides) in reference.log.steps.iter().zip(&other.log.steps).enumerate() {
             let sides = [sides.0, sides.1];
             let lengths = sides.map(|side| side.ended.since(side.began));
-            let at = |kind, name| LogDifference { kind, name, step, after: lengths[0] };
+            let at = |kind, name| LogDifference { kind, name, step, first_step, after: lengths[0] };
             list.extend(answers(sides).into_iter().map(|name| at(LogDifferenceKind::Answer, name)));
             for (index, side) in sides.into_iter().enumerate() {
                 for change in &side.changes {
@@ -65,12 +69,7 @@ impl SettledComparison {
                             let since = began[index] + change.after;
                             standing.entry(*name).or_default()[index] = StandingValue { value: *value, since };
                         }
-                        Observed::Event(said) => {
-                            let text = format!("{said:?}");
-                            if !text.contains("lldp") {
-                                events[index].push(text);
-                            }
-                        }
+                        Observed::Event(said) => events[index].extend(ComparedEvent::of(said)),
                     }
                 }
                 began[index] += lengths[index];
@@ -87,12 +86,13 @@ impl SettledComparison {
             }
             events.iter_mut().for_each(|side| side.sort());
             if events[0] != events[1] {
-                let text = events[0].iter().chain(&events[1]).find(|of| !events.iter().all(|side| side.contains(of)));
-                let is_abort = text.is_some_and(|text| text.contains("abort"));
-                let kind = if is_abort { "abort" } else { "alarm" };
+                let only_one =
+                    events[0].iter().chain(&events[1]).find(|of| !events.iter().all(|side| side.contains(of)));
+                let kind = only_one.map_or("alarm", |event| event.kind);
                 list.push(at(LogDifferenceKind::Event, DifferenceName::Event(kind.to_owned())));
             }
             events.iter_mut().for_each(Vec::clear);
+            first_step = step + 1;
         }
         list.retain(|of| !self.ignored.contains(&of.target()));
         if list.is_empty() {
@@ -113,6 +113,26 @@ impl SettledComparison {
         let counting = fields.iter().filter(|field| field.counts.is_some());
         let bits = |low: u32, width: u32| (u64::MAX >> (64 - width.clamp(1, 64))).checked_shl(low).unwrap_or(0);
         !counting.fold(0, |all, field| all | bits(field.low, field.width))
+    }
+}
+
+/// What is compared of an event.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct ComparedEvent {
+    kind: &'static str,
+    text: String,
+}
+
+impl ComparedEvent {
+    /// Not when the device announces itself to its neighbours, nor the name and the address with which it says Hello: both are its own.
+    fn of(said: &[(String, Value)]) -> Option<ComparedEvent> {
+        let entry = |(name, value): &(String, Value)| match name.as_str() {
+            "hello.name" | "hello.ip" => name.clone(),
+            name => format!("{name}: {value:?}"),
+        };
+        let kind = event_kind(said);
+        let text = said.iter().map(entry).collect::<Vec<_>>().join(", ");
+        (kind != "lldp").then_some(ComparedEvent { kind, text })
     }
 }
 
@@ -167,9 +187,31 @@ mod tests {
         SequenceLog { log, frames: 1, broken: Vec::new(), spoilt: None }
     }
 
+    /// A log of one step of 300 ms with an event.
+    fn event(said: &[(&str, &str)]) -> SequenceLog {
+        let said = said.iter().map(|(name, value)| ((*name).to_owned(), Value::text(*value))).collect();
+        let mut log = log(&[]);
+        log.log.steps[0].changes.push(LoggedChange { after: Duration::ZERO, frame: 1, what: Observed::Event(said) });
+        log
+    }
+
     fn comparison() -> SettledComparison {
         let manuals = suite_yaml::load(&suites::sources(), Some("lika-xac77-profinet")).expect("the suite");
         SettledComparison::new(&manuals[0].device)
+    }
+
+    #[test]
+    fn of_a_hello_not_the_name_is_compared_but_that_it_is_said() {
+        let of = comparison();
+        let hello = |name: &str| event(&[("hello.name", name), ("hello.ip", "0.0.0.0")]);
+        assert_eq!(of.first(&hello("encoder-under-test"), &hello("lldp.abort")), None);
+        let found = of.first(&hello("a"), &log(&[])).expect("no Hello");
+        assert_eq!(found.name, DifferenceName::Event("hello".to_owned()));
+        let found = of.first(&hello("a"), &event(&[("hello.name", "a")])).expect("no address");
+        assert_eq!(found.name, DifferenceName::Event("hello".to_owned()));
+        assert_eq!(of.first(&log(&[]), &event(&[("lldp.name", "a")])), None, "it may come at any time");
+        let found = of.first(&log(&[]), &event(&[("abort.code", "1")])).expect("an abort");
+        assert_eq!(found.name, DifferenceName::Event("abort".to_owned()));
     }
 
     #[test]
