@@ -1,7 +1,7 @@
 //! `read`, `write` and `send`: which service carries them, and what is changed against the right request.
 
 use super::answer::{RequestKind, may_accept, only};
-use super::device_yaml::{named, plain};
+use super::device_yaml::{flag_value, named, plain};
 use super::dialect::profinet::{
     INTERFACES, LOADS, OBJECTS, PACKETS, SNMP_REQUESTS, SNMP_VERSIONS, load, ping, record_read, rpc, snmp,
 };
@@ -300,7 +300,7 @@ impl StepScope<'_, '_> {
             "record_read" => AcyclicService::RecordRead {
                 at: self.record_place(fields)?,
                 length: self.number(field("length")?, "a length")?,
-                implicit: fields.get(record_read::implicit.name).is_some(),
+                implicit: flag_value(fields.get(record_read::implicit.name), &record_read::implicit)?,
             },
             "record_write" => {
                 AcyclicService::RecordWrite { at: self.record_place(fields)?, bytes: octets(field("bytes")?)? }
@@ -443,7 +443,7 @@ impl StepScope<'_, '_> {
         Ok(PingService {
             ip: of(&ping::ip).map(|ip| self.value(ip, &Type::Address)).transpose()?,
             length: of(&ping::length).map_or(Ok(32), |node| self.number(node, "a number of bytes"))?,
-            is_damaged: of(&ping::wrong_checksum).is_some(),
+            is_damaged: flag_value(of(&ping::wrong_checksum), &ping::wrong_checksum)?,
             ip_fragments: self.ip_fragments(of(&ping::ip_fragment), of(&ping::ip_sent))?,
         })
     }

@@ -18,7 +18,7 @@ pub(crate) use cyclic::field;
 pub use pages::{fields, path};
 pub(crate) use plain::sourced_datum;
 pub use plain::{FieldKeys, FieldPosition, PATH, position};
-pub use plain::{duration, flag, label, labels, named, numeral, origin, pair, plain, sourced, whole};
+pub use plain::{duration, flag, flag_value, label, labels, named, numeral, origin, pair, plain, sourced, whole};
 
 pub(crate) use profibus::slave;
 pub(super) use rest::parameter_number;

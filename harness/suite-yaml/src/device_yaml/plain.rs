@@ -125,7 +125,12 @@ pub fn position(keyed: Keyed<'_>, keys: &FieldKeys, size: usize) -> Read<FieldPo
 
 /// A flag: `true`, or the key is left out.
 pub fn flag(keyed: Keyed<'_>, key: &Key) -> Read<bool> {
-    match keyed.get(key) {
+    flag_value(keyed.get(key), key)
+}
+
+/// The value of the flag `key`, if it is there.
+pub fn flag_value(value: Option<&Node>, key: &Key) -> Read<bool> {
+    match value {
         None => Ok(false),
         Some(node) if node.plain() == Some("true") => Ok(true),
         Some(node) => Err(node.wrong(format!("`{}` is `true` or left out", key.name))),
