@@ -220,24 +220,28 @@ fn changes(step: usize, one: &[LoggedChange], two: &[LoggedChange], standing: &m
             add(LogDifferenceKind::Time, DifferenceName::Sent(*name), *after.min(other));
         }
     }
-    let events = |side: &'_ [LoggedChange]| -> Vec<(Duration, Vec<(String, Value)>)> {
-        let event = |change: &LoggedChange| match &change.what {
-            Observed::Event(said) => Some((change.after, said.clone())),
-            Observed::Value(..) => None,
-        };
-        side.iter().filter_map(event).collect()
-    };
     let (a, b) = (events(one), events(two));
     let longest = a.len().max(b.len());
     for index in 0..longest {
         let (x, y) = (a.get(index), b.get(index));
         if x.map(|(_, said)| said) != y.map(|(_, said)| said) {
-            let (after, said) = x.or(y).cloned().unwrap_or_default();
-            add(LogDifferenceKind::Event, DifferenceName::Event(event_kind(&said).to_owned()), after);
+            let (after, said) = x.or(y).copied().unwrap_or_default();
+            add(LogDifferenceKind::Event, DifferenceName::Event(event_kind(said).to_owned()), after);
             break;
         }
     }
     found
+}
+
+/// The events of a step, each with the time since the step began.
+fn events(changes: &[LoggedChange]) -> Vec<(Duration, &[(String, Value)])> {
+    let mut list = Vec::new();
+    for change in changes {
+        if let Observed::Event(said) = &change.what {
+            list.push((change.after, said.as_slice()));
+        }
+    }
+    list
 }
 
 /// The kind of an event by the first name in it.

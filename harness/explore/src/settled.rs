@@ -124,7 +124,8 @@ struct ComparedEvent {
 }
 
 impl ComparedEvent {
-    /// Not when the device announces itself to its neighbours, nor the name and the address with which it says Hello: both are its own.
+    /// `None` for LLDP, which may come at any time. The name and the address in a Hello are those of this device, so only that they are
+    /// there is compared.
     fn of(said: &[(String, Value)]) -> Option<ComparedEvent> {
         let entry = |(name, value): &(String, Value)| match name.as_str() {
             "hello.name" | "hello.ip" => name.clone(),
