@@ -170,11 +170,16 @@ mod tests {
     use crate::dp_alarms_state::AlarmHead;
 
     #[test]
-    fn an_alarm_is_found_before_other_blocks() {
+    fn an_alarm_is_found_among_other_blocks() {
         let mut blocks = vec![0x04, 0x02, 0x01, 0x08, 0x42, 0x01];
         assert_eq!(alarm_of(&blocks), Some(AlarmHead { kind: 2, slot: 1, specifier: 8 }));
         without_alarm(&mut blocks);
         assert_eq!(blocks, [0x42, 0x01]);
         assert_eq!(alarm_of(&[0x05, 0x81, 0x00, 0x00, 0x01]), None);
+        // Behind blocks of identifiers and channels, a revision number and a status.
+        let mut blocks = vec![0x42, 0x01, 0x81, 0x00, 0xA1, 0xC1, 0x04, 0x81, 0x00, 0x00, 0x04, 0x01, 0x02, 0x0B];
+        assert_eq!(alarm_of(&blocks), Some(AlarmHead { kind: 1, slot: 2, specifier: 0x0B }));
+        without_alarm(&mut blocks);
+        assert_eq!(blocks, [0x42, 0x01, 0x81, 0x00, 0xA1, 0xC1, 0x04, 0x81, 0x00, 0x00]);
     }
 }

@@ -28,19 +28,35 @@ pub struct AlarmHead {
     pub specifier: u8,
 }
 
-/// The alarm of the slave, which is the first block of its diagnosis.
+/// Where the alarm begins in the blocks of a diagnosis, which come in any order.
+fn place_of_alarm(blocks: &[u8]) -> Option<usize> {
+    let mut place = 0;
+    loop {
+        place += match blocks.get(place..)? {
+            [HEADER..=0x3F, ..0x80, _, _, ..] => return Some(place),
+            // The header of a channel begins three bytes, a revision number is one, all others count themselves.
+            [0x80..=0xBF, ..] => 3,
+            [0xC0..=0xFF, ..] => 1,
+            [header, ..] => usize::from(header & 0x3F).max(1),
+            [] => return None,
+        };
+    }
+}
+
+/// The alarm of the slave.
 pub fn alarm_of(blocks: &[u8]) -> Option<AlarmHead> {
-    match *blocks {
+    match *blocks.get(place_of_alarm(blocks)?..)? {
         // Data of the user may follow.
-        [HEADER..=0x3F, kind @ ..0x80, slot, specifier, ..] => Some(AlarmHead { kind, slot, specifier }),
+        [_, kind, slot, specifier, ..] => Some(AlarmHead { kind, slot, specifier }),
         _ => None,
     }
 }
 
 /// Removes the alarm from the blocks of a diagnosis.
 pub fn without_alarm(blocks: &mut Vec<u8>) {
-    if let (Some(_), Some(length)) = (alarm_of(blocks), blocks.first().copied()) {
-        blocks.drain(..usize::from(length).min(blocks.len()));
+    if let Some(place) = place_of_alarm(blocks) {
+        let end = place + usize::from(blocks[place]);
+        blocks.drain(place..end.min(blocks.len()));
     }
 }
 

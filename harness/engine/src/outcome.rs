@@ -32,11 +32,12 @@ pub struct TrialOutcome {
 }
 
 impl TrialOutcome {
-    /// What was late, if that alone left the trial or one of its rules without a verdict.
+    /// What was late, if that alone left the trial or one of its rules without a verdict; what was recorded without a verdict never
+    /// counts after a stall.
     pub fn spoilt_by_stall(&self) -> Option<&str> {
         let stall = self.disturbed.as_ref().filter(|of| of.stall.is_some())?;
         let is_rule = || self.case.verdict == Verdict::Pass && self.rules.iter().any(|rule| rule.broken.is_some());
-        (self.case.verdict == Verdict::Inconclusive || is_rule()).then_some(stall.why.as_str())
+        (self.log.is_some() || self.case.verdict == Verdict::Inconclusive || is_rule()).then_some(stall.why.as_str())
     }
 }
 
@@ -123,5 +124,12 @@ mod tests {
         #[case] stall: Option<&str>,
     ) {
         assert_eq!(outcome(verdict, disturbed).spoilt_by_stall(), stall);
+    }
+
+    #[test]
+    fn a_log_of_a_stall_is_recorded_again() {
+        let mut outcome = outcome(Verdict::Pass, Some(Disturbance::of_harness("late")));
+        outcome.log = Some(Box::default());
+        assert_eq!(outcome.spoilt_by_stall(), Some("late"));
     }
 }

@@ -8,7 +8,7 @@ use crate::step::SequenceStep;
 use compare::action::ControllerAction;
 use compare::write_case::{TOPIC, WrittenCase};
 use engine::step_log::ProtocolError;
-use engine::{BenchError, DutSpec, LiveDevice, RunOptions, TrialOutcome, run_trial};
+use engine::{BenchError, DutSpec, LiveDevice, RunOptions, STALL_REPEATS, TrialOutcome, run_trial};
 use results::verdict::Verdict;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -210,7 +210,7 @@ impl<'m> ExploreBench<'m> {
         let manual = &loaded.manual;
         let variant = manual.variants.get(self.variant).ok_or_else(nothing)?;
         let trial = variant.trials.get(number).ok_or_else(nothing)?;
-        let options = RunOptions { unjudged: true, ..RunOptions::default() };
+        let options = RunOptions { unjudged: true, stall_repeats: STALL_REPEATS, ..RunOptions::default() };
         let outcome = run_trial(manual, variant, dut, trial, &options)?;
         let frames = outcome.trace.len();
         let requirements = &manual.requirements;

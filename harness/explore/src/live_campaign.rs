@@ -31,8 +31,6 @@ const MOST_MODULES: usize = 12;
 const READ_TOGETHER: usize = 10;
 /// The position of the shaft meanwhile, in hardware steps.
 const SHAFT: u64 = 0x1234;
-/// How often a disturbed reading is repeated.
-const TRIES: usize = 5;
 
 /// What a live device does differently before any sequence, which is not compared.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,13 +57,7 @@ pub fn learn_baseline(
             continue;
         }
         let loaded = bench.load(std::slice::from_ref(&steps))?;
-        let mut other = bench.run(&loaded, 0, dut)?;
-        for _ in 1..TRIES {
-            if other.spoilt.is_none() {
-                break;
-            }
-            other = bench.run(&loaded, 0, dut)?;
-        }
+        let other = bench.run(&loaded, 0, dut)?;
         if let Some(why) = other.spoilt {
             return Err(CannotExplore::Nothing(format!("the device cannot be read before the sequences: {why}")));
         }

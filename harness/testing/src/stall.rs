@@ -1,16 +1,19 @@
 //! Retries for tests in real time: a host that stalls, for milliseconds or for many seconds, must not fail a test.
 //!
 //! A thread reads the clock every `POLL`. Where it was not scheduled in time the host stalled, and whatever failed meanwhile may
-//! have failed for that reason alone: it is tried again. A failure without a stall counts at once.
+//! have failed for that reason alone: it is tried again, after the second failure without other tests beside it. A failure without a
+//! stall counts at once.
 
 use std::any::Any;
 use std::panic::resume_unwind;
-use std::sync::{Mutex, Once, PoisonError};
+use std::sync::{Mutex, Once, PoisonError, RwLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
 /// How often a test is tried while the host stalls.
 const TRIES: usize = 6;
+/// How many of them have other tests beside them.
+const TOGETHER: usize = 2;
 /// The time between two readings of the clock.
 const POLL: Duration = Duration::from_millis(2);
 /// A reading that is later than this is a stall. The shortest deadline of a live bench is twice as long.
@@ -28,6 +31,9 @@ struct Stalls {
     /// The end of each stall, and its length.
     observed: Vec<(Instant, Duration)>,
 }
+
+/// Held by every test that runs; alone by a test that has to run alone.
+static RUNNING: RwLock<()> = RwLock::new(());
 
 static STALLS: Mutex<Option<Stalls>> = Mutex::new(None);
 
@@ -67,13 +73,17 @@ fn longest_stall(begin: Instant) -> Duration {
 
 /// Runs a test until it passes or fails without a stall of the host. Panics as the last try did.
 ///
-/// Each try runs on its own thread, since a test may have changed thread-local state.
+/// From the third try on it waits until no other such test of this process runs, and none begins meanwhile. Each try runs on its own thread, since a test may have changed thread-local state.
 pub fn retry_on_stall(test: impl Fn() + Sync) {
     watch();
     for left in (0..TRIES).rev() {
+        let is_alone = left < TRIES - TOGETHER;
+        let alone = is_alone.then(|| RUNNING.write().unwrap_or_else(PoisonError::into_inner));
+        let together = (!is_alone).then(|| RUNNING.read().unwrap_or_else(PoisonError::into_inner));
         let begin = Instant::now();
         let Err(panic) = thread::scope(|scope| scope.spawn(&test).join()) else { return };
         let stall = longest_stall(begin);
+        drop((alone, together));
         if stall <= STALL {
             resume_unwind(panic);
         }

@@ -107,7 +107,7 @@ enum CliCommand {
     Bugs(BugsArgs),
     /// List the variations that the manuals permit; no case may fail because of one
     #[command(after_help = "Example: encspec variations MANUAL")]
-    Variations(ListingArgs),
+    Variations(variations::VariationsArgs),
     /// List the personas: other IO controllers that encspec can act like
     #[command(after_help = "Example: encspec personas")]
     Personas(personas::PersonasArgs),

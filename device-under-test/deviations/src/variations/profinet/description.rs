@@ -70,7 +70,7 @@ pub static GROUPS: &[Group] = &[
             "device-id-of-another-series" "The device ID is another number of the vendor."
                 "GSDML, DeviceIdentity: 16 bits of the vendor's choice; the manual does not print it"
                 => |d| d.stack.identity(|identity| identity.device_id = OTHER_DEVICE_ID);
-            "start-records-of-the-vendor" "Two more records of the vendor, one of the access point and one of its module, belong to each start-up: without their defaults no inputs are good."
+            "start-records-of-the-vendor" "Two more records of the vendor, one of the access point and one of its module, belong to each start-up: without their defaults no inputs of that module are good."
                 "GSDML, ParameterRecordDataItem: a controller writes each of them at each start-up; the manual does not list them"
                 => |d| d.stack.add(VendorRecords::default());
         },

@@ -38,7 +38,10 @@ impl StackHooks for VendorRecords {
                 }
                 verdict
             }
-            StackCheck::InputsReady => verdict && self.written.iter().all(|is_written| *is_written),
+            // Another controller may have the modules of other slots alone, to which no record belongs.
+            StackCheck::Usable(slot, _) if RECORDS.iter().any(|of| of.slot == slot) => {
+                verdict && self.written.iter().all(|is_written| *is_written)
+            }
             _ => verdict,
         }
     }

@@ -83,6 +83,11 @@ pub const ALWAYS: &[HiddenBugs] = &[
         "the value is reduced before the limit is checked",
     ),
     hidden(
+        &["excessive-preset-reduced-up-to-the-hardware"],
+        &["preset-beyond-the-range-shown", "preset-limit-one-too-high"],
+        "the value is reduced before the limit is checked",
+    ),
+    hidden(
         &["faults-0-in-v31"],
         &["other-fault-bits-in-compatibility-mode"],
         "there are no faults in compatibility mode",
@@ -182,12 +187,12 @@ pub const ALWAYS: &[HiddenBugs] = &[
     hidden(&["io-positions-of-26-bits"], &["highest-preset-is-an-error"], "there is no such preset"),
     hidden(
         &["last-control-word-held"],
-        &["control-by-plc-ignored"],
-        "the control word before stays in force without control",
+        &["control-by-plc-ignored", "control-by-plc-not-noticed"],
+        "the control word before stays in force without control; only bit 9 tells, which is another requirement's",
     ),
     hidden(
         &["last-control-word-held", "control-always-requested"],
-        &["control-by-plc-not-noticed", "reserved-stw2-bits-act"],
+        &["reserved-stw2-bits-act"],
         "neither the word nor bit 9 shows the end of control",
     ),
     hidden(
@@ -398,9 +403,11 @@ pub const ALWAYS: &[HiddenBugs] = &[
     ),
     hidden(&["round-axis-of-the-start"], &["fraction-as-remainder"], "the gear is that of the start"),
     hidden(&["round-axis-results-ignore-writes"], &["round-axis-outputs-written"], "writes have no effect"),
+    hidden(&["snmp-set-unanswered"], &["snmp-objects-writable"], "the request is discarded"),
     hidden(&["speed-in-hardware-steps"], &["rpm-from-scaled-steps"], "the unit is that of the variation"),
     hidden(&["speed-of-the-last-100-ms"], &["speed-every-100ms"], "the speed is renewed as with the bug"),
     hidden(&["speed-settings-kept"], &["settings-kept-in-part"], "all settings are kept"),
+    hidden(&["speed-without-sign"], &["velocity-halved-backward"], "no velocity is below 0"),
     hidden(
         &["start-parameters-elsewhere"],
         &[
@@ -548,7 +555,7 @@ pub const SOMETIMES: &[HiddenBugs] = &[
     ),
     hidden(
         &["write-taken-late"],
-        &["p971-confirms-too-early", "second-save-spoils-memory"],
+        &["p971-confirms-too-early", "saved-before-it-is-written", "second-save-spoils-memory"],
         "the request may be taken when what the bug spoils is over",
     ),
 ];
