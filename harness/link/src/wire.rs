@@ -290,7 +290,7 @@ impl Wire {
         result
     }
 
-    /// Sends the frames that the station at `index` has put into the outbox.
+    /// Sends the frames that the station at `index` has put into the outbox. A frame for another of the stations does not get to the wire.
     fn drain(
         &mut self,
         stations: &[LocalStation<'_>],
@@ -304,7 +304,10 @@ impl Wire {
         let mut sent = std::mem::take(&mut self.outbox);
         let mut result = Ok(());
         for frame in sent.frames() {
-            if !guard(frame) {
+            // What is meant for another of these stations alone concerns nobody else.
+            let others = || stations.iter().enumerate().filter(|(other, _)| *other != index);
+            let stays_here = others().any(|(_, (mac, _))| frame.starts_with(mac));
+            if !stays_here && !guard(frame) {
                 self.held_back += 1;
                 continue;
             }
@@ -312,15 +315,12 @@ impl Wire {
             self.padded.extend_from_slice(frame);
             self.padded.resize(frame.len().max(PADDED), 0);
             let now = self.report_time(self.clock.now());
-            match self.port.send(&self.padded) {
-                Ok(()) => tap(now, &self.padded),
-                Err(error) => {
-                    result = result.and(Err(error));
-                    continue;
-                }
+            if !stays_here && let Err(error) = self.port.send(&self.padded) {
+                result = result.and(Err(error));
+                continue;
             }
-            let here = |(other, (mac, _)): (usize, &LocalStation<'_>)| other != index && is_for(frame, *mac);
-            if stations.iter().enumerate().any(here) {
+            tap(now, &self.padded);
+            if others().any(|(_, (mac, _))| is_for(frame, *mac)) {
                 let mut copy = self.spare.pop().unwrap_or_default();
                 copy.clear();
                 copy.extend_from_slice(&self.padded);
