@@ -85,6 +85,11 @@ pub struct LogDifference {
 }
 
 impl LogDifference {
+    /// A difference of one step, which was compared alone.
+    fn of_step(step: usize, kind: LogDifferenceKind, name: DifferenceName, after: Duration) -> LogDifference {
+        LogDifference { kind, name, step, first_step: step, after }
+    }
+
     /// The kind and the name, by which differences count as the same.
     pub fn target(&self) -> (LogDifferenceKind, DifferenceName) {
         (self.kind, self.name.clone())
@@ -112,20 +117,15 @@ pub(crate) fn protocol_error_or_rule(reference: &SequenceLog, other: &SequenceLo
 
 /// What differs after the last step.
 fn at_end(log: &StepLog, kind: LogDifferenceKind, name: DifferenceName) -> LogDifference {
-    let step = log.steps.len().saturating_sub(1);
-    LogDifference { kind, name, step, first_step: step, after: Duration::MAX }
+    LogDifference::of_step(log.steps.len().saturating_sub(1), kind, name, Duration::MAX)
 }
 
 fn first_of_steps(reference: &StepLog, other: &StepLog) -> Option<LogDifference> {
     let mut standing = Standing::default();
     for (step, (one, two)) in reference.steps.iter().zip(&other.steps).enumerate() {
-        let answer = answers(one, two).map(|name| LogDifference {
-            kind: LogDifferenceKind::Answer,
-            name,
-            step,
-            first_step: step,
-            after: one.ended.since(one.began),
-        });
+        let length = one.ended.since(one.began);
+        let answer =
+            answers(one, two).map(|name| LogDifference::of_step(step, LogDifferenceKind::Answer, name, length));
         let change = changes(step, &one.changes, &two.changes, &mut standing);
         if let Some(found) = earlier(answer, change) {
             return Some(found);
@@ -184,7 +184,7 @@ struct Standing(BTreeMap<ObservedName, [Option<u64>; 2]>);
 fn changes(step: usize, one: &[LoggedChange], two: &[LoggedChange], standing: &mut Standing) -> Option<LogDifference> {
     let mut found: Option<LogDifference> = None;
     let mut add = |kind, name, after| {
-        let new = LogDifference { kind, name, step, first_step: step, after };
+        let new = LogDifference::of_step(step, kind, name, after);
         let rank = |of: &LogDifference| (of.kind == LogDifferenceKind::Time, of.after, of.name.clone());
         if found.as_ref().is_none_or(|known| rank(&new) < rank(known)) {
             found = Some(new);

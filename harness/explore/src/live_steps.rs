@@ -4,6 +4,7 @@ use crate::settled::SETTLING;
 use crate::step::SequenceStep;
 use compare::action::ControllerAction;
 use std::time::Duration;
+use suite::device::is_reserved;
 
 /// How many actions follow each other before a pause.
 const ACTIONS: usize = 6;
@@ -84,12 +85,6 @@ fn changes_station(step: &SequenceStep) -> bool {
     }
 }
 
-/// Whether a name says what an output or start parameter is for; the manual reserves the others.
-fn is_meaningful(name: &str) -> bool {
-    let last = name.rsplit('.').next().unwrap_or(name);
-    !["reserved", "not_used", "unused"].iter().any(|begin| last.starts_with(begin))
-}
-
 /// The same steps for a live device. If `is_compared`, a shaft that turns is left out, since its position depends on the time, and so is
 /// what changes name or address.
 pub(crate) fn adapted(steps: Vec<SequenceStep>, is_compared: bool) -> Vec<SequenceStep> {
@@ -99,13 +94,13 @@ pub(crate) fn adapted(steps: Vec<SequenceStep>, is_compared: bool) -> Vec<Sequen
         match &mut step.action {
             ControllerAction::Set(entries) => {
                 let turns = |name: &str| name == "shaft.speed" || name == "shaft.acceleration";
-                entries.retain(|(name, _)| is_meaningful(name) && !(is_compared && turns(name)));
+                entries.retain(|(name, _)| !(is_reserved(name) || is_compared && turns(name)));
                 if entries.is_empty() {
                     continue;
                 }
             }
             ControllerAction::Connect(connect) => {
-                connect.settings.retain(|(name, _)| is_meaningful(name));
+                connect.settings.retain(|(name, _)| !is_reserved(name));
                 connections += usize::from(step.modifiers.is_empty());
             }
             _ => {}

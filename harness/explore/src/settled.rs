@@ -111,8 +111,7 @@ impl SettledComparison {
         let ObservedName::Signal(index) = name else { return u64::MAX };
         let fields = self.device.signals.get(index).map_or(&[][..], |signal| &signal.fields);
         let counting = fields.iter().filter(|field| field.counts.is_some());
-        let bits = |low: u32, width: u32| (u64::MAX >> (64 - width.clamp(1, 64))).checked_shl(low).unwrap_or(0);
-        !counting.fold(0, |all, field| all | bits(field.low, field.width))
+        !counting.fold(0, |all, field| all | field.mask())
     }
 }
 

@@ -304,7 +304,7 @@ impl Wire {
         let mut sent = std::mem::take(&mut self.outbox);
         let mut result = Ok(());
         for frame in sent.frames() {
-            // What is meant for another of these stations alone concerns nobody else.
+            // Between these stations alone no wire is needed.
             let others = || stations.iter().enumerate().filter(|(other, _)| *other != index);
             let stays_here = others().any(|(_, (mac, _))| frame.starts_with(mac));
             if !stays_here && !guard(frame) {

@@ -285,6 +285,24 @@ pub struct SignalField {
     pub counts: Option<(u32, u32)>,
 }
 
+impl SignalField {
+    /// The bits of the whole that belong to it.
+    pub fn mask(&self) -> u64 {
+        mask(self.low, self.width)
+    }
+}
+
+/// `width` bits from the bit `low` on; those beyond 64 are left out.
+pub fn mask(low: u32, width: u32) -> u64 {
+    (u64::MAX >> (64 - width.clamp(1, 64))).checked_shl(low).unwrap_or(0)
+}
+
+/// Whether a name, or its last part, says that the manual reserves what it names.
+pub fn is_reserved(name: &str) -> bool {
+    let last = name.rsplit('.').next().unwrap_or(name);
+    ["reserved", "not_used", "unused"].iter().any(|begin| last.starts_with(begin))
+}
+
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct DeviceSubmodule {
     pub name: String,

@@ -276,7 +276,7 @@ fn an_undecided_rule_is_inconclusive() {
     let mut line = ConnectionFrames::to_xac77();
     line.start();
     // Long enough after the start for a request before to have been answered.
-    for g1_zsw in [0x2000; 60].into_iter().chain([0x3000]) {
+    for g1_zsw in [0x2000; 600].into_iter().chain([0x3000]) {
         // Two IOCS, STW2_ENC with Control by PLC, G1_STW with the preset request, IOPS and IOCS.
         line.pass(handmade::CYCLE).cyclic(false, &[0x80, 0x80, 0x04, 0, 0x10, 0, 0x80, 0x80]);
         line.cyclic(true, &inputs(g1_zsw, 77));

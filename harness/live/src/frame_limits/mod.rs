@@ -15,7 +15,7 @@ use outputs::OutputLayout;
 use results::bench_file::{BenchFile, Consents};
 use results::journal::change;
 use std::sync::Arc;
-use suite::device::{Changed, DeviceDescription, DeviceRecord};
+use suite::device::{Changed, DeviceDescription, DeviceRecord, is_reserved};
 use wire::ethernet::Mac;
 use wire::profinet::rpc::Reassembler;
 
@@ -177,18 +177,13 @@ impl FrameLimits {
     }
 }
 
-/// Whether a name says what something is for; the manual reserves the others.
-fn is_meaningful(name: &str) -> bool {
-    !["reserved", "not_used", "unused"].iter().any(|begin| name.starts_with(begin))
-}
-
 /// Why these bytes are not those of a record: another length, or bits set that no field has.
 fn objection_to_record(record: &DeviceRecord, data: &[u8]) -> Option<String> {
     if data.len() != record.octets {
         return Some(format!("{} with {} bytes", record.name, data.len()));
     }
     let mut named = vec![0_u8; record.octets];
-    for field in record.fields.iter().filter(|field| field.absent.is_none() && is_meaningful(&field.name)) {
+    for field in record.fields.iter().filter(|field| field.absent.is_none() && !is_reserved(&field.name)) {
         let bits = match field.bits {
             Some((low, width)) => (u16::from(u8::MAX) >> (8 - width.clamp(1, 8)) << low) as u8,
             None => u8::MAX,

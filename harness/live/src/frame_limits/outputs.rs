@@ -1,8 +1,8 @@
 //! Cyclic outputs: which bits are set, and what they change.
 
-use super::{FrameLimits, LastingFrameChanges, is_meaningful};
+use super::{FrameLimits, LastingFrameChanges};
 use std::ops::Range;
-use suite::device::{Changed, DeviceSignal};
+use suite::device::{Changed, DeviceSignal, is_reserved, mask};
 
 /// Where the outputs of a device are in cyclic data.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -24,12 +24,11 @@ pub(super) struct OutputArea {
 
 /// The bits of a signal that have a name.
 fn named_bits(signal: &DeviceSignal) -> u64 {
-    let mask = |low: u32, width: u32| (u64::MAX >> (64 - width.clamp(1, 64))).checked_shl(low).unwrap_or(0);
     if signal.fields.is_empty() {
-        return if is_meaningful(&signal.name) { mask(0, signal.width) } else { 0 };
+        return if is_reserved(&signal.name) { 0 } else { mask(0, signal.width) };
     }
-    let named = signal.fields.iter().filter(|field| is_meaningful(&field.name));
-    named.fold(0, |bits, field| bits | mask(field.low, field.width))
+    let named = signal.fields.iter().filter(|field| !is_reserved(&field.name));
+    named.fold(0, |bits, field| bits | field.mask())
 }
 
 /// The number in the bytes of a signal.
@@ -84,10 +83,7 @@ impl FrameLimits {
 /// Whether this value of a signal makes the change.
 fn sets(changed: &Changed, index: usize, value: u64) -> bool {
     match changed {
-        Changed::Signal { signal, low, width } => {
-            let bits = u64::MAX >> (64 - (*width).clamp(1, 64));
-            *signal == index && value.checked_shr(*low).unwrap_or(0) & bits != 0
-        }
+        Changed::Signal { signal, low, width } => *signal == index && value & mask(*low, *width) != 0,
         Changed::Parameter(_) | Changed::Record(_) | Changed::Page(_) => false,
     }
 }

@@ -147,6 +147,8 @@ impl StackHooks for LateOutputs {
 #[derive(Default)]
 pub struct FirstFrameWaits {
     hold: Duration,
+    /// How many connections are open. Where another one is, its frames go on.
+    open: usize,
     is_waiting: bool,
     since: Option<Time>,
 }
@@ -158,8 +160,21 @@ impl StackHooks for FirstFrameWaits {
     }
 
     fn connection(&mut self, event: ArEvent) {
-        if event == ArEvent::Opened {
-            (self.is_waiting, self.since) = (true, None);
+        match event {
+            ArEvent::Opened => {
+                self.open += 1;
+                if self.open == 1 {
+                    (self.is_waiting, self.since) = (true, None);
+                }
+            }
+            ArEvent::Released | ArEvent::Aborted | ArEvent::Ended => self.open = self.open.saturating_sub(1),
+        }
+    }
+
+    /// A device without power forgets its connections.
+    fn load_station(&mut self, start: StationLoad, _: &mut StationData) {
+        if start == StationLoad::PowerUp {
+            self.open = 0;
         }
     }
 
