@@ -73,7 +73,8 @@ fn longest_stall(begin: Instant) -> Duration {
 
 /// Runs a test until it passes or fails without a stall of the host. Panics as the last try did.
 ///
-/// From the third try on it waits until no other such test of this process runs, and none begins meanwhile. Each try runs on its own thread, since a test may have changed thread-local state.
+/// From the third try on it waits until no other such test of this process runs, and none begins meanwhile. Each try runs on its own
+/// thread, since a test may have changed thread-local state.
 pub fn retry_on_stall(test: impl Fn() + Sync) {
     watch();
     for left in (0..TRIES).rev() {
