@@ -38,6 +38,8 @@ const BUGS: &[Deviation] = bugs! {
         });
     "process-alarm-as-status" "An event in the process is reported as a change of state."
         => |d| renamed(&mut d.stack, AlarmType::PROCESS, AlarmType::STATUS);
+    "low-alarms-in-high-frames" "An alarm of low priority comes in a frame of high priority."
+        => |d| d.stack.set(StackCheck::InHighFrames, true);
     "priorities-share-numbers" "Alarms of both priorities are numbered together."
         => |d| d.stack.set(StackCheck::NumbersOfHighAlarms, false);
     "high-alarms-wait-for-low" "An alarm of high priority waits until the one of low priority is acknowledged."

@@ -122,7 +122,8 @@ impl AlarmEndpoint {
         if is_sent {
             notification.specifier = AlarmSpecifier::new(sequence, notification.specifier.0);
             *counter = (sequence + 1) & 0x07FF;
-            let queue = if is_high { &mut self.high } else { &mut self.low };
+            let in_high_frames = self.hooks.check(StackCheck::InHighFrames, is_high);
+            let queue = if in_high_frames { &mut self.high } else { &mut self.low };
             queue.waiting.push_back(notification);
         }
         sequence

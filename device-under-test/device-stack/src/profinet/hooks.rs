@@ -107,6 +107,8 @@ pub enum StackCheck<'a> {
     TakesOutputs,
     /// Alarms of high priority have their own sequence numbers.
     NumbersOfHighAlarms,
+    /// An alarm is sent in frames of high priority.
+    InHighFrames,
     /// An alarm of high priority is sent while one of low priority waits for its acknowledgement.
     HighBesideLow,
     /// An alarm PDU is for the alarm endpoint of a connection.

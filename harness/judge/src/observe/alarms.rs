@@ -5,6 +5,7 @@ use super::tracker::{ReceivedFrame, Sink, Tracker};
 use super::{ArId, ArStage, FrameDirection, Observation, Role, Traffic};
 use rustc_hash::FxHasher;
 use std::hash::Hasher;
+use wire::WireError;
 use wire::ethernet::Mac;
 use wire::profinet::alarm::{AlarmPriority, RtaBody, RtaHeader, RtaPdu};
 use wire::profinet::rpc::Uuid;
@@ -20,6 +21,17 @@ impl Tracker {
             Err(error) => return self.unreadable(error.at_offset(received.at() + 2), sink),
         };
         let priority = AlarmPriority::from_frame_id(frame_id).unwrap_or(AlarmPriority::Low);
+        let block = match &pdu.body {
+            RtaBody::Notification(alarm) if alarm.priority != priority => Some(alarm.priority.notification_block()),
+            RtaBody::Acknowledgement(of) if of.priority != priority => Some(of.priority.ack_block()),
+            _ => None,
+        };
+        if let Some(block) = block {
+            let expected = "a block of the same priority as the frame ID";
+            let (layer, field, observed) = ("RTA-PDU", "BlockType", block.0.into());
+            let error = WireError::Value { layer, offset: HEAD, field, expected, observed };
+            return self.unreadable(error.at_offset(received.at()), sink);
+        }
         let Some((index, direction)) = self.connection_of(received, &pdu) else { return };
         let ar = ArId(index);
         let rta = |again| {

@@ -181,14 +181,16 @@ impl AlarmPriority {
         }
     }
 
-    fn notification_block(self) -> BlockType {
+    /// The block of an alarm of this priority.
+    pub fn notification_block(self) -> BlockType {
         match self {
             AlarmPriority::High => BlockType::ALARM_NOTIFICATION_HIGH,
             AlarmPriority::Low => BlockType::ALARM_NOTIFICATION_LOW,
         }
     }
 
-    fn ack_block(self) -> BlockType {
+    /// The block of an acknowledgement of this priority.
+    pub fn ack_block(self) -> BlockType {
         match self {
             AlarmPriority::High => BlockType::ALARM_ACK_HIGH,
             AlarmPriority::Low => BlockType::ALARM_ACK_LOW,
