@@ -223,6 +223,42 @@ fn missing_frames_are_blamed_on_the_network_or_the_capture(
     assert!(!all.is_empty() && all.iter().all(|finding| finding.id == id && finding.blame == blame), "{all:#?}");
 }
 
+/// A gap that both directions have, and one that only the device has: each is blamed for itself.
+#[test]
+fn a_gap_of_the_capture_does_not_make_another_gap_worse() {
+    let mut line = with_a_gap(true, true, 2);
+    line.counter[1] = line.counter[1].wrapping_add(64);
+    line.cyclic(false, &[]);
+    line.pass(CYCLE).exchange(20);
+    let all = findings(&line);
+    let found: Vec<_> = all.iter().map(|finding| (finding.id.as_str(), finding.severity, finding.blame)).collect();
+    let by_capture = ("PN-CAPTURE-GAP", FindingSeverity::Info, CaptureBlame::Capture);
+    let on_the_network = ("PN-CYCLE-LOST", FindingSeverity::Info, CaptureBlame::Network);
+    assert_eq!(found, [by_capture, by_capture, on_the_network], "{all:#?}");
+    assert!(all[2].text.starts_with("1 of "), "{}", all[2].text);
+}
+
+/// A connection, and beside it a station whose Connect is not in the capture.
+#[test]
+fn gaps_of_a_connection_and_of_a_stream_without_a_connect_are_compared() {
+    let mut line = started();
+    for cycle in 0..80u16 {
+        line.cyclic(false, &[]);
+        if (40..42).contains(&cycle) {
+            line.counter[1] = line.counter[1].wrapping_add(64);
+        } else {
+            line.cyclic(true, &[]);
+            let mut other = handmade::cyclic(true, cycle.wrapping_mul(64), &[]);
+            other[..12].copy_from_slice(&[2, 0, 0, 0, 0xAA, 1, 2, 0, 0, 0, 0xAA, 2]);
+            line.push(other);
+        }
+        line.pass(CYCLE);
+    }
+    let all = findings(&line);
+    let is_of_capture = |finding: &CaptureFinding| finding.id == "PN-CAPTURE-GAP";
+    assert!(all.len() == 2 && all.iter().all(is_of_capture), "{all:#?}");
+}
+
 #[test]
 fn a_silent_device_is_distinguished_from_a_gap_in_the_capture() {
     let mut line = started();

@@ -9,6 +9,7 @@ use super::text::{of, sender, span};
 use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{ArId, ArStage, CyclicStatus, FrameDirection, Observation, ObservedAr, Role};
 use station::{Duration, Time};
+use wire::ethernet::Mac;
 
 /// A side that goes on for this many watchdog times has received the frames.
 const UNHEEDED: u32 = 4;
@@ -142,7 +143,22 @@ impl CyclicFlows {
         });
     }
 
-    pub fn end(self, sight: &CaptureCoverage, ars: &[ObservedAr], findings: &mut FindingList) {
+    /// The gaps of all directions, each with its sender.
+    pub fn gaps<'g>(&'g self, ars: &'g [ObservedAr]) -> impl Iterator<Item = (Mac, &'g GapList)> {
+        self.flows
+            .iter()
+            .zip(ars)
+            .flat_map(|([outputs, inputs], ar)| [(ar.controller.mac(), &outputs.gaps), (ar.device.mac(), &inputs.gaps)])
+    }
+
+    /// Reports what is wrong; `gaps` are those of the streams without a Connect.
+    pub fn end(
+        &self,
+        gaps: &[(Mac, &GapList)],
+        sight: &CaptureCoverage,
+        ars: &[ObservedAr],
+        findings: &mut FindingList,
+    ) {
         for silence in &self.silences {
             silent(silence, ars, findings);
         }
@@ -150,9 +166,8 @@ impl CyclicFlows {
             let id = ArId(index as u32);
             let Some(ar) = of(ars, id) else { continue };
             for direction in [FrameDirection::ToController, FrameDirection::ToDevice] {
-                let flow = &flows[direction as usize];
-                self.lost(ar, id, direction, flow, findings);
-                counter(ar, id, direction, flow, findings);
+                self.lost(ar, id, direction, gaps, findings);
+                counter(ar, id, direction, &flows[direction as usize], findings);
             }
         }
         for (index, ar) in ars.iter().enumerate().filter(|(_, ar)| ar.role == Role::Exchange) {
@@ -160,42 +175,48 @@ impl CyclicFlows {
         }
     }
 
-    /// Reports the missing frames of one direction.
+    /// Reports the missing frames of one direction; `gaps` are those of the streams without a Connect.
     fn lost(
         &self,
         ar: &ObservedAr,
         id: ArId,
         direction: FrameDirection,
-        flow: &CyclicFlow,
+        gaps: &[(Mac, &GapList)],
         findings: &mut FindingList,
     ) {
-        let Some(longest) = flow.gaps.longest() else { return };
-        let missing = flow.gaps.missing();
+        let Some(flow) = self.flows.get(id.0 as usize).map(|flows| &flows[direction as usize]) else { return };
+        if flow.gaps.is_empty() {
+            return;
+        }
         let stream = ar.stream(direction);
+        let own = match direction {
+            FrameDirection::ToController => ar.device.mac(),
+            FrameDirection::ToDevice => ar.controller.mac(),
+        };
         // Two senders do not lose frames at the same time; a recorder that does not keep up loses those of all senders.
-        let own = (id.0 as usize, direction as usize);
-        let each = self.flows.iter().enumerate();
-        let each = each.flat_map(|(index, flows)| {
-            flows.iter().enumerate().map(move |(direction, flow)| ((index, direction), flow))
-        });
-        let others: Vec<&GapList> = each
-            .filter(|(place, flow)| *place != own && !flow.gaps.is_empty())
-            .map(|(_, flow)| &flow.gaps)
-            .take(MOST_COMPARED)
-            .collect();
-        let (frame, cycle) = (longest.to.frame, format!(", cycle {}", span(stream.cycle)));
-        let what = flow.gaps.text(longest, (missing, stream.frames), &sender(ar, direction), &cycle);
-        let finding = if let Some(shared) = flow.gaps.lost_by_capture(others.iter().copied()) {
+        let connections = self.flows.iter().flatten().filter(|other| !std::ptr::eq(*other, flow)).map(|of| &of.gaps);
+        let streams = gaps.iter().filter(|(sender, _)| *sender != own).map(|(_, gaps)| *gaps);
+        let others: Vec<&GapList> =
+            connections.chain(streams).filter(|gaps| !gaps.is_empty()).take(MOST_COMPARED).collect();
+        let split = flow.gaps.split(others.iter().copied());
+        let cycle = format!(", cycle {}", span(stream.cycle));
+        let what = |gaps: &GapList, longest| {
+            gaps.text(longest, stream.frames + flow.gaps.missing(), &sender(ar, direction), &cycle)
+        };
+        if let Some(longest) = split.by_capture.longest() {
+            let (what, shared) = (what(&split.by_capture, longest), split.coinciding);
             let text = format!(
                 "{what}; {shared} of these gaps coincide with gaps of other streams: the capture lost the frames"
             );
-            CAPTURE_GAP.finding(FindingSeverity::Info, CaptureBlame::Capture, frame, text)
-        } else {
-            let severity = if missing > 2 { FindingSeverity::Warning } else { FindingSeverity::Info };
+            let finding = CAPTURE_GAP.finding(FindingSeverity::Info, CaptureBlame::Capture, longest.to.frame, text);
+            findings.add(finding.ar(id));
+        }
+        if let Some(longest) = split.alone.longest() {
             let whether = "no other stream has a gap then, so the frames were lost on the network or by a mirror port";
-            CYCLE_LOST.finding(severity, CaptureBlame::Network, frame, format!("{what}; {whether}"))
-        };
-        findings.add(finding.ar(id));
+            let text = format!("{}; {whether}", what(&split.alone, longest));
+            let finding = CYCLE_LOST.finding(split.alone.severity(), CaptureBlame::Network, longest.to.frame, text);
+            findings.add(finding.ar(id));
+        }
     }
 }
 

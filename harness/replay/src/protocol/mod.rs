@@ -31,11 +31,12 @@ use super::report::StreamCoverage;
 pub(crate) use coverage::MORE_OF_A_CHECK;
 pub(super) use coverage::SettledFrames;
 use coverage::{CaptureCoverage, FindingList};
+use gaps::GapList;
 use judge::observe::{DpTracker, Observation, ObservedAr, Tracker, Traffic};
 use station::Time;
 use suite::device::Bus;
 use wire::datagram::arp::Arp;
-use wire::ethernet::{EtherType, FrameHeader};
+use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::profinet::rt::{FrameId, FrameKind};
 
 /// Whether a PROFINET frame is one of the alarm channel.
@@ -196,9 +197,11 @@ impl ProtocolChecks {
         }
         self.start.end(&sight, ars, &mut findings);
         self.calls.end(&sight, ars, &mut findings);
-        self.cyclic.end(&sight, ars, &mut findings);
+        let of_streams: Vec<(Mac, &GapList)> = self.streams.gaps().collect();
+        self.cyclic.end(&of_streams, &sight, ars, &mut findings);
         self.status.end(&sight, ars, &mut findings);
-        let streams = self.streams.end(&sight, ars, &mut findings);
+        let of_connections: Vec<(Mac, &GapList)> = self.cyclic.gaps(ars).collect();
+        let streams = self.streams.end(&of_connections, &sight, ars, &mut findings);
         self.alarms.end(&sight, ars, &mut findings);
         self.stations.end(&sight, &mut findings);
         self.topology.end(&sight, &mut findings);

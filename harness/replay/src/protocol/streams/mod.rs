@@ -69,7 +69,6 @@ enum Reading {
 #[derive(Clone, Debug, Default)]
 struct CounterWatch {
     last: Option<(CapturePosition, u16)>,
-    missing: u64,
     gaps: GapList,
     /// Steps that are longer than the time that passed: how many, and the first frame.
     jumps: (u64, u64),
@@ -126,9 +125,15 @@ impl WatchedStreams {
         }
     }
 
-    /// Reports what is wrong, and what of the streams was judged.
+    /// The gaps of the streams, each with its sender.
+    pub fn gaps(&self) -> impl Iterator<Item = (Mac, &GapList)> {
+        self.streams.iter().map(|stream| (stream.name.0, &stream.counter.gaps))
+    }
+
+    /// Reports what is wrong, and what of the streams was judged; `gaps` are those of the connections.
     pub fn end(
         mut self,
+        gaps: &[(Mac, &GapList)],
         sight: &CaptureCoverage,
         ars: &[ObservedAr],
         findings: &mut FindingList,
@@ -147,7 +152,7 @@ impl WatchedStreams {
         let judged = self.streams.iter().filter(|stream| !has_guessed_layout(stream));
         for stream in judged.clone() {
             let called = self.calls.get(&stream.name.0).map_or(0, |of| of.frame);
-            report::report(stream, &self.streams, (called, &self.identities), sight, ars, findings);
+            report::report(stream, (&self.streams, gaps), (called, &self.identities), sight, ars, findings);
         }
         let coverage: BTreeMap<StreamName, StreamCoverage> =
             judged.map(|stream| (stream.name, report::coverage(stream, &self.identities, ars))).collect();
@@ -278,7 +283,6 @@ impl CounterWatch {
             return false;
         }
         let missing = u64::from(advanced / step - 1);
-        self.missing += missing;
         self.gaps.add(FrameGap { from: before, to: now, missing });
         true
     }
@@ -329,7 +333,6 @@ impl WatchedStreams {
             }
             let counter = &mut stream.counter;
             counter.gaps.forget(settled.reported);
-            counter.missing = counter.gaps.missing();
             let is_done = |(count, first): (u64, u64)| count == 0 || first <= settled.reported;
             if is_done(counter.jumps) && is_done(counter.still) {
                 (counter.jumps, counter.still) = ((0, 0), (0, 0));

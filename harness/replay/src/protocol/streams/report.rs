@@ -3,7 +3,7 @@
 use super::super::advice::advised;
 use super::super::coverage::{CaptureCoverage, FindingList};
 use super::super::cyclic::PAUSED;
-use super::super::gaps::OFTEN;
+use super::super::gaps::{GapList, OFTEN};
 use super::super::status::READ_DIAGNOSIS;
 use super::super::table::{
     CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ODD_FRAME, ProtocolCheck, STATUS_INVALID, STATUS_PROBLEM,
@@ -28,10 +28,10 @@ struct StreamSender {
     peer: String,
 }
 
-/// Reports what is wrong in a stream; `called` is the frame of the last call of its sender.
+/// Reports what is wrong in a stream; `gaps` are those of the connections, `called` is the frame of the last call of its sender.
 pub(super) fn report(
     stream: &WatchedStream,
-    all: &[WatchedStream],
+    (all, gaps): (&[WatchedStream], &[(Mac, &GapList)]),
     (called, identities): (u64, &StationIdentities),
     sight: &CaptureCoverage,
     ars: &[ObservedAr],
@@ -40,7 +40,7 @@ pub(super) fn report(
     let who = sender(stream, all, identities, ars);
     statuses(stream, &who, findings);
     counter(stream, &who, findings);
-    lost(stream, all, &who, findings);
+    lost(stream, (all, gaps), &who, findings);
     if let Some(pause) = pause(stream, &who) {
         findings.add(pause);
     }
@@ -166,21 +166,31 @@ fn counter(stream: &WatchedStream, who: &StreamSender, findings: &mut FindingLis
 }
 
 /// Reports missing frames; gaps of several senders at the same time are gaps of the capture.
-fn lost(stream: &WatchedStream, all: &[WatchedStream], who: &StreamSender, findings: &mut FindingList) {
-    let counter = &stream.counter;
-    let Some(longest) = counter.gaps.longest() else { return };
-    let others = all.iter().filter(|other| other.name.0 != stream.name.0).map(|other| &other.counter.gaps);
-    let what = counter.gaps.text(longest, (counter.missing, stream.frames), &who.text, "");
-    let (check, severity, blame, text) = if let Some(shared) = counter.gaps.lost_by_capture(others) {
+fn lost(
+    stream: &WatchedStream,
+    (all, gaps): (&[WatchedStream], &[(Mac, &GapList)]),
+    who: &StreamSender,
+    findings: &mut FindingList,
+) {
+    let own = &stream.counter.gaps;
+    if own.is_empty() {
+        return;
+    }
+    let others = all.iter().map(|other| (other.name.0, &other.counter.gaps)).chain(gaps.iter().copied());
+    let split = own.split(others.filter(|(sender, _)| *sender != stream.name.0).map(|(_, gaps)| gaps));
+    let what = |gaps: &GapList, longest| gaps.text(longest, stream.frames + own.missing(), &who.text, "");
+    if let Some(longest) = split.by_capture.longest() {
+        let (what, shared) = (what(&split.by_capture, longest), split.coinciding);
         let text =
             format!("{what}; {shared} of these gaps coincide with gaps of other senders: the capture lost the frames");
-        (CAPTURE_GAP, FindingSeverity::Info, CaptureBlame::Capture, text)
-    } else {
-        let severity = if counter.missing > 2 { FindingSeverity::Warning } else { FindingSeverity::Info };
-        let text = format!("{what}; they were lost on the network or by a mirror port, or not sent");
-        (CYCLE_LOST, severity, CaptureBlame::Undecided, text)
-    };
-    findings.add(check.finding(severity, blame, longest.to.frame, text));
+        findings.add(CAPTURE_GAP.finding(FindingSeverity::Info, CaptureBlame::Capture, longest.to.frame, text));
+    }
+    if let Some(longest) = split.alone.longest() {
+        let text =
+            format!("{}; they were lost on the network or by a mirror port, or not sent", what(&split.alone, longest));
+        let severity = split.alone.severity();
+        findings.add(CYCLE_LOST.finding(severity, CaptureBlame::Undecided, longest.to.frame, text));
+    }
 }
 
 /// The finding of a stream that paused for longer than the longest watchdog. Who fell silent and what lost frames look alike.
