@@ -6,7 +6,8 @@ use alloc::vec;
 use alloc::vec::Vec;
 use device_stack::profibus::{SlaveApplication, SlaveHooks};
 use station::StandAction;
-use wire::profibus::diag::SlaveDiag;
+use wire::octets::ByteReader;
+use wire::profibus::diag::{DiagnosisBlock, SlaveDiag};
 use wire::profibus::dpv1::Dpv1Function;
 use wire::profibus::fdl::{AnswerFunction, DataFrame, FunctionCode, StationType};
 use wire::profibus::prm::SetPrm;
@@ -30,16 +31,12 @@ pub struct AlarmHead {
 
 /// Where the alarm begins in the blocks of a diagnosis, which come in any order.
 fn place_of_alarm(blocks: &[u8]) -> Option<usize> {
-    let mut place = 0;
+    let mut reader = ByteReader::new("diagnosis", blocks);
     loop {
-        place += match blocks.get(place..)? {
-            [HEADER..=0x3F, ..0x80, _, _, ..] => return Some(place),
-            // The header of a channel begins three bytes, a revision number is one, all others count themselves.
-            [0x80..=0xBF, ..] => 3,
-            [0xC0..=0xFF, ..] => 1,
-            [header, ..] => usize::from(header & 0x3F).max(1),
-            [] => return None,
-        };
+        let place = reader.offset();
+        if let DiagnosisBlock::Device([..0x80, _, _, ..]) = DiagnosisBlock::read(&mut reader).ok()? {
+            return Some(place);
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 //! submodule.
 
 use alloc::vec::Vec;
+use wire::octets::mask;
 
 /// The output signals, the submodules that carry them with their status, and whether frames are sent.
 #[derive(Clone, Debug, Default)]
@@ -216,12 +217,6 @@ impl CyclicOutputs {
             }
         }
     }
-}
-
-/// The bits of a number that belong to a field.
-fn mask(low: u32, width: u32) -> u64 {
-    let all = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
-    all.checked_shl(low).unwrap_or(0)
 }
 
 impl OutputState {

@@ -4,7 +4,7 @@ use crate::difference::shown;
 use engine::step_log::{LoggedStep, Observed, ObservedName, StepLog};
 use station::Duration;
 use std::collections::BTreeMap;
-use suite::device::DeviceDescription;
+use suite::device::{DeviceDescription, DeviceSignal, SignalField};
 
 /// For each signal the bits that count from the start of the device, which say nothing here.
 pub(crate) type Counters = Vec<u64>;
@@ -15,9 +15,8 @@ const ANSWER: f64 = 100.0;
 const VALUE: f64 = 10.0;
 
 pub(crate) fn counters(device: &DeviceDescription) -> Counters {
-    let mask = |width: u32, low: u32| if width >= 64 { u64::MAX } else { ((1 << width) - 1) << low };
-    let of = |signal: &suite::device::DeviceSignal| {
-        signal.fields.iter().filter(|field| field.counts.is_some()).map(|field| mask(field.width, field.low)).sum()
+    let of = |signal: &DeviceSignal| {
+        signal.fields.iter().filter(|field| field.counts.is_some()).map(SignalField::mask).sum()
     };
     device.signals.iter().map(of).collect()
 }

@@ -8,6 +8,7 @@ use plain_text::hex;
 use suite::device::{DeviceDescription, DeviceSignal, SignalForm};
 use suite::model::AnswerPart;
 use suite::words;
+use wire::octets::mask;
 
 /// A value that was read or sent in an event, under a name with these words; `None` if no literal can say it.
 pub(crate) fn of_value(value: &Value, words: &[(String, i128)]) -> Option<String> {
@@ -122,22 +123,21 @@ pub(crate) fn of_sent(
 
 fn of_signal(signal: &DeviceSignal, variant: usize, right: u64, other: Option<u64>) -> Option<(String, String)> {
     let differing = other.map_or(u64::MAX, |other| right ^ other);
-    let mask = |width: u32| if width >= 64 { u64::MAX } else { (1 << width) - 1 };
     // A sign of life counts from the start of the device.
     let field = signal
         .fields
         .iter()
         .filter(|field| field.counts.is_none())
-        .find(|field| field.width < signal.width && differing & (mask(field.width) << field.low) != 0);
+        .find(|field| field.width < signal.width && differing & field.mask() != 0);
     if let Some(field) = field {
-        let raw = (right >> field.low) & mask(field.width);
+        let raw = (right >> field.low) & mask(0, field.width);
         let negative = field.signed && raw >> (field.width - 1) & 1 == 1;
         let number = if negative { i128::from(raw) - (1 << field.width) } else { i128::from(raw) };
         let value = SuiteValue::of_table(number, 1, false, &field.words);
         return Some((format!("{}.{}", signal.name, field.name), value.text));
     }
     let shift = signal.shift.get(variant).copied().unwrap_or_default();
-    let raw = i128::from(right & mask(signal.width));
+    let raw = i128::from(right & mask(0, signal.width));
     let raw = if signal.signed && raw >> (signal.width - 1) & 1 == 1 { raw - (1_i128 << signal.width) } else { raw };
     let text = match signal.form {
         SignalForm::Whole => (raw >> shift).to_string(),

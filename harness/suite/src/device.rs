@@ -28,6 +28,7 @@ pub use variant_identification::{ExpectedNumber, VariantIdentification, VariantV
 use expression::{Program, Value, WordTable};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use wire::octets::mask;
 
 /// A name as conditions and steps use it: an index into [`super::model::SuiteVariant::names`].
 pub use expression::NameId;
@@ -290,11 +291,6 @@ impl SignalField {
     pub fn mask(&self) -> u64 {
         mask(self.low, self.width)
     }
-}
-
-/// `width` bits from the bit `low` on; those beyond 64 are left out.
-pub fn mask(low: u32, width: u32) -> u64 {
-    (u64::MAX >> (64 - width.clamp(1, 64))).checked_shl(low).unwrap_or(0)
 }
 
 /// Whether a name, or its last part, says that the manual reserves what it names.

@@ -12,6 +12,12 @@ pub enum ByteOrder {
     Little,
 }
 
+/// The bits of a number that belong to a field of `width` bits from bit `low` on, 1 to 64 bits; those beyond 64 are left out.
+#[inline]
+pub fn mask(low: u32, width: u32) -> u64 {
+    (u64::MAX >> (64 - width.clamp(1, 64))).checked_shl(low).unwrap_or(0)
+}
+
 /// Reads fields one after the other and tracks their offset.
 #[derive(Clone, Copy, Debug)]
 pub struct ByteReader<'a> {

@@ -2,7 +2,8 @@
 
 use super::{FrameLimits, LastingFrameChanges};
 use std::ops::Range;
-use suite::device::{Changed, DeviceSignal, is_reserved, mask};
+use suite::device::{Changed, DeviceSignal, is_reserved};
+use wire::octets::mask;
 
 /// Where the outputs of a device are in cyclic data.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use crate::seams::stack::{cyclic, profinet};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{ArEvent, StackHooks, StackView, StationData, StationLoad};
+use device_stack::profinet::{ArEvent, StackCheck, StackHooks, StackView, StationData, StationLoad};
 use station::Time;
 use wire::datagram::arp::Arp;
 use wire::datagram::{Datagram, write_udp};
@@ -147,8 +147,6 @@ impl StackHooks for LateOutputs {
 #[derive(Default)]
 pub struct FirstFrameWaits {
     hold: Duration,
-    /// How many connections are open. Where another one is, its frames go on.
-    open: usize,
     is_waiting: bool,
     since: Option<Time>,
 }
@@ -159,23 +157,12 @@ impl StackHooks for FirstFrameWaits {
         agreed
     }
 
-    fn connection(&mut self, event: ArEvent) {
-        match event {
-            ArEvent::Opened => {
-                self.open += 1;
-                if self.open == 1 {
-                    (self.is_waiting, self.since) = (true, None);
-                }
-            }
-            ArEvent::Released | ArEvent::Aborted | ArEvent::Ended => self.open = self.open.saturating_sub(1),
+    fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
+        // Where another connection is open, its frames go on.
+        if let StackCheck::ConnectionLimit { is_exchange: true, others: 0 } = check {
+            (self.is_waiting, self.since) = (true, None);
         }
-    }
-
-    /// A device without power forgets its connections.
-    fn load_station(&mut self, start: StationLoad, _: &mut StationData) {
-        if start == StationLoad::PowerUp {
-            self.open = 0;
-        }
+        verdict
     }
 
     fn sent_frame(&mut self, view: &StackView<'_>, frame: &mut Vec<u8>) {
