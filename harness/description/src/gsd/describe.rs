@@ -82,7 +82,7 @@ pub fn describe(gsd: &Gsd, wanted: Option<&str>) -> Result<DescribedSlave, Descr
         text,
         "device: dp-slave\nbus: profibus\ntitle: \"{}\"\nidentity: {{ ident: 0x{:04X} }}\naddress: 5\nvariants: [plain]\n\
          timing: {{ reaction: 100ms, start: 5s, power_up: 5s, save: 2s }}\nconstants: {{ ident: 0x{:04X}, freeze: {}, sync: {}, \
-         input_octets: {}, output_octets: {}, longest_diagnosis: {longest}, slot_of_the_event: 1{} }}",
+         input_octets: {}, output_octets: {}, longest_diagnosis: {longest}, slot_of_the_event: 1, slot_of_the_fault: 2{} }}",
         plain(&gsd.model),
         gsd.ident,
         gsd.ident,
