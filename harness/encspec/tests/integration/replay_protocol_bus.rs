@@ -95,8 +95,15 @@ fn repeated_requests_are_recognised_by_their_fcb() {
 #[test]
 fn a_slave_that_left_data_exchange_is_reported() {
     let mut bus = started();
+    bus.ask(None, &[0, 0, 1, 0]);
+    bus.answer(AnswerFunction::DATA_HIGH, None, &[1, 2, 3, 0]);
     bus.diagnosis(&[0x02, 0x05, 0x00, MASTER, 0x16, 0x55]);
     assert_eq!(only(&bus, "DP-SLAVE-LEFT").blame, CaptureBlame::Device);
+
+    // Nothing had the master ask: the request with which it ended the data exchange may be missing.
+    let mut bus = started();
+    bus.diagnosis(&[0x02, 0x05, 0x00, MASTER, 0x16, 0x55]);
+    assert_eq!(only(&bus, "DP-SLAVE-LEFT").blame, CaptureBlame::Capture);
 
     // SET_PRM has a watchdog of 100 ms.
     let mut bus = started();

@@ -265,7 +265,8 @@ fn consumer_timeout(
     let is_over = since >= stream.watchdog;
     let was_interrupted = evidence.accepted.pause_before(id, missed, now, limit);
     let length = "their length is not the agreed one";
-    let others_came = stream.last.is_some_and(|other| other.since(last.time) > stream.cycle);
+    let others_came =
+        !evidence.accepted.is_starved(id) && stream.last.is_some_and(|other| other.since(last.time) > stream.cycle);
     let refused =
         evidence.accepted.unacceptable(id, missed).or_else(|| others_came.then_some((last.frame + 1, length)));
     if let Some((frame, why)) = refused.filter(|_| is_over) {

@@ -4,6 +4,7 @@
 use super::coverage::{CapturePosition, SettledFrames};
 use judge::observe::{ArId, FrameDirection};
 use station::Duration;
+use std::collections::BTreeSet;
 use wire::profinet::rt::ApduStatus;
 
 /// The largest advance of the cycle counter that a receiver takes for a new frame.
@@ -25,6 +26,8 @@ struct AcceptedDirection {
 #[derive(Clone, Debug, Default)]
 pub(super) struct AcceptedFrames {
     directions: Vec<[AcceptedDirection; 2]>,
+    /// The connections with a silence longer than their watchdog: of later frames it is not known whether they were accepted.
+    starved: BTreeSet<ArId>,
 }
 
 impl AcceptedFrames {
@@ -38,8 +41,19 @@ impl AcceptedFrames {
         self.directions[index][direction as usize].take(now, status);
     }
 
+    /// Notes that a direction of a connection was silent for longer than its watchdog.
+    pub fn starve(&mut self, ar: ArId) {
+        self.starved.insert(ar);
+    }
+
+    /// Whether a direction of a connection was silent for longer than its watchdog.
+    pub fn is_starved(&self, ar: ArId) -> bool {
+        self.starved.contains(&ar)
+    }
+
     /// Forgets the frames of connections whose ids later ones may get.
     pub fn forget(&mut self, settled: SettledFrames<'_>) {
+        self.starved.retain(|ar| settled.keeps(*ar));
         for (index, directions) in self.directions.iter_mut().enumerate() {
             if !settled.keeps(ArId(index as u32)) {
                 *directions = <[AcceptedDirection; 2]>::default();

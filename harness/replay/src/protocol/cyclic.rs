@@ -107,6 +107,7 @@ impl CyclicFlows {
                 }
             }
             Observation::Starved { ar: id, direction } => {
+                self.accepted.starve(*id);
                 let Some(ar) = of(ars, *id).filter(|_| self.silences.len() < MOST_SILENCES) else { return };
                 let (silent, loud) = (ar.stream(*direction), ar.stream(other(*direction)));
                 let (last, frames) = ((silent.last, loud.last), (silent.frames, loud.frames));

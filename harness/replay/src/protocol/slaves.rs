@@ -7,7 +7,9 @@ use super::table::{
 };
 use super::text::{of, span, times};
 use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
-use judge::observe::{ArId, ArStage, Dp, FrameDirection, Leaving, Observation, ObservedAr, PollPart, Traffic};
+use judge::observe::{
+    ArId, ArStage, CyclicStatus, Dp, FrameDirection, Leaving, Observation, ObservedAr, PollPart, Traffic,
+};
 use station::Duration;
 use std::collections::BTreeMap;
 use wire::profibus::diag::{SlaveDiag, Status2};
@@ -52,6 +54,8 @@ struct PolledSlave {
     disturbed: u64,
     /// Whether a request since then had no answer and was not repeated: the capture lost the answer.
     has_lost_answer: bool,
+    /// Whether something since then had its master ask for the diagnosis: the priority of that answer, or a request that was repeated.
+    wants_attention: bool,
 }
 
 /// A refused service: connection, service, reason.
@@ -105,10 +109,11 @@ impl PolledSlaves {
                     slave.outputs = Some(data.len());
                 }
             }
-            Observation::Cyclic { ar: id, direction: FrameDirection::ToController, .. } => {
+            Observation::Cyclic { ar: id, direction: FrameDirection::ToController, status, .. } => {
                 let disturbed = self.disturbed;
                 if let Some(slave) = of(ars, *id).and_then(|ar| self.slave(ar)) {
                     (slave.disturbed, slave.has_lost_answer) = (disturbed, false);
+                    slave.wants_attention = *status == CyclicStatus::Fdl { diagnosis_pending: true };
                 }
             }
             Observation::Unreadable { .. } | Observation::Gap { .. } => self.disturbed += 1,
@@ -163,7 +168,7 @@ impl PolledSlaves {
                 }
             }
             PollPart::Again => {
-                slave.has_lost_answer = false;
+                (slave.has_lost_answer, slave.wants_attention) = (false, true);
                 polls.again += 1;
                 if polls.first_again == 0 {
                     polls.first_again = now.frame;
@@ -245,7 +250,7 @@ impl PolledSlaves {
                 }
             }
             Dp::Left { why: Leaving::NoService } => {
-                self.left(now, ars, ar, "it answers Data_Exchange with `no service` (RS)", findings);
+                self.left(now, ars, (ar, true), "it answers Data_Exchange with `no service` (RS)", findings);
             }
             Dp::Diagnosis { station, octets, .. } => {
                 // The diagnosis that shows the end is observed before the end itself.
@@ -255,24 +260,26 @@ impl PolledSlaves {
                     return;
                 };
                 let slave = self.slaves.entry(station).or_default();
-                let master = slave.master;
+                let (master, is_explained) = (slave.master, slave.wants_attention);
                 if diag.status_2.has(Status2::PRM_REQ) {
-                    self.left(now, ars, Some(id), "its diagnosis requests new parameters (Prm_Req)", findings);
+                    let why = "its diagnosis requests new parameters (Prm_Req)";
+                    self.left(now, ars, (Some(id), is_explained), why, findings);
                 } else if master.is_some_and(|master| diag.master != master) {
                     let why = format!("its diagnosis names master {}", diag.master);
-                    self.left(now, ars, Some(id), &why, findings);
+                    self.left(now, ars, (Some(id), is_explained), &why, findings);
                 }
             }
             _ => {}
         }
     }
 
-    /// A slave left the data exchange: because of its watchdog where its master paused for longer, else by itself.
+    /// A slave left the data exchange: because of its watchdog where its master paused for longer, else by itself. `is_explained`: the
+    /// capture shows why its master looked.
     fn left(
         &mut self,
         now: CapturePosition,
         ars: &[ObservedAr],
-        ar: Option<ArId>,
+        (ar, is_explained): (Option<ArId>, bool),
         why: &str,
         findings: &mut FindingList,
     ) {
@@ -330,6 +337,12 @@ impl PolledSlaves {
             // The lost frames may contain the cause, for instance other parameters.
             finding.blame_capture();
             finding.text.push_str("; the capture lost frames before it");
+        } else if !is_explained && finding.blame == CaptureBlame::Device {
+            // A master asks again because of an answer of the slave, or after it has ended the data exchange itself.
+            finding.blame_capture();
+            finding.text.push_str(
+                "; no answer had its master ask for the diagnosis, so a request that ended the data exchange may not be in the capture",
+            );
         } else if is_timeless && finding.blame == CaptureBlame::Device {
             finding.blame_capture();
             finding.text.push_str("; the capture has no clock, so the pauses of its master are unknown");
