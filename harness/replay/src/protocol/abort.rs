@@ -265,8 +265,13 @@ fn consumer_timeout(
     let is_over = since >= stream.watchdog;
     let was_interrupted = evidence.accepted.pause_before(id, missed, now, limit);
     let length = "their length is not the agreed one";
-    let others_came =
-        !evidence.accepted.is_starved(id) && stream.last.is_some_and(|other| other.since(last.time) > stream.cycle);
+    let is_starved = evidence.accepted.is_starved(id);
+    let others_came = stream.last.is_some_and(|other| other.since(last.time) > stream.cycle);
+    if is_starved && others_came {
+        return undecided(format!(
+            "; frames of {who} come again after a silence longer than the watchdog: whether they were accepted is not known"
+        ));
+    }
     let refused =
         evidence.accepted.unacceptable(id, missed).or_else(|| others_came.then_some((last.frame + 1, length)));
     if let Some((frame, why)) = refused.filter(|_| is_over) {

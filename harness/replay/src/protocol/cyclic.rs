@@ -106,6 +106,10 @@ impl CyclicFlows {
                     flow.still = (flow.still.0 + 1, if flow.still.0 == 0 { now.frame } else { flow.still.1 });
                 }
             }
+            // The silence may be that of the capture, but from then on no frame of the connection is observed.
+            Observation::Gap { ar: Some(id) } if of(ars, *id).is_some_and(|ar| ar.stage == ArStage::Starved) => {
+                self.accepted.starve(*id);
+            }
             Observation::Starved { ar: id, direction } => {
                 self.accepted.starve(*id);
                 let Some(ar) = of(ars, *id).filter(|_| self.silences.len() < MOST_SILENCES) else { return };

@@ -44,6 +44,8 @@ pub(super) struct SplitGaps {
 #[derive(Clone, Debug, Default)]
 pub(super) struct GapList {
     gaps: Vec<FrameGap>,
+    /// Gaps that were forgotten last. Another stream may have the same one, and lose it a little later.
+    forgotten: Vec<FrameGap>,
     /// How many there are, remembered or not, and how many frames are missing in them.
     count: u64,
     missing: u64,
@@ -51,7 +53,8 @@ pub(super) struct GapList {
 
 impl From<Vec<FrameGap>> for GapList {
     fn from(gaps: Vec<FrameGap>) -> GapList {
-        GapList { count: gaps.len() as u64, missing: gaps.iter().map(|gap| gap.missing).sum(), gaps }
+        let missing = gaps.iter().map(|gap| gap.missing).sum();
+        GapList { count: gaps.len() as u64, missing, gaps, forgotten: Vec::new() }
     }
 }
 
@@ -69,9 +72,8 @@ impl GapList {
 
     /// Forgets the gaps up to a frame.
     pub fn forget(&mut self, reported: u64) {
-        let mut gaps = std::mem::take(&mut self.gaps);
-        gaps.retain(|gap| gap.to.frame > reported);
-        *self = gaps.into();
+        let (gaps, forgotten) = self.gaps.drain(..).partition(|gap| gap.to.frame > reported);
+        *self = GapList { forgotten, ..GapList::from(gaps) };
     }
 
     pub fn is_empty(&self) -> bool {
@@ -97,10 +99,11 @@ impl GapList {
         self.missing
     }
 
-    /// Tells the gaps that coincide with a gap of `others` from those that do not. If most do, all were lost by the capture: a recorder
-    /// that does not keep up also loses single frames.
+    /// Separates the gaps that coincide with a gap of `others` from those that do not. If most do, all were lost by the capture: a
+    /// recorder that does not keep up also loses single frames. Gaps that are not remembered count as the others.
     pub fn split<'g>(&self, others: impl Iterator<Item = &'g GapList> + Clone) -> SplitGaps {
-        let is_shared = |gap: &&FrameGap| others.clone().flat_map(|of| &of.gaps).any(|other| gap.meets(other));
+        let known = |of: &'g GapList| of.gaps.iter().chain(&of.forgotten);
+        let is_shared = |gap: &&FrameGap| others.clone().flat_map(known).any(|other| gap.meets(other));
         let (shared, alone): (Vec<FrameGap>, Vec<FrameGap>) = self.gaps.iter().partition(is_shared);
         let coinciding = shared.len();
         match coinciding {
@@ -108,7 +111,11 @@ impl GapList {
             _ if coinciding * 2 > self.gaps.len() => {
                 SplitGaps { by_capture: self.clone(), coinciding, alone: GapList::default() }
             }
-            _ => SplitGaps { by_capture: shared.into(), coinciding, alone: alone.into() },
+            _ => {
+                let by_capture = GapList::from(shared);
+                let (count, missing) = (self.count - by_capture.count, self.missing - by_capture.missing);
+                SplitGaps { by_capture, coinciding, alone: GapList { count, missing, ..alone.into() } }
+            }
         }
     }
 
@@ -121,5 +128,45 @@ impl GapList {
             span(longest.length()),
             longest.to.frame,
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use station::Time;
+
+    fn gap(from: u64, to: u64) -> FrameGap {
+        let at = |frame: u64| CapturePosition { frame, time: Time::from_nanos(frame * 1_000), piece: 0 };
+        FrameGap { from: at(from), to: at(to), missing: 3 }
+    }
+
+    fn of(gaps: &[FrameGap]) -> GapList {
+        let mut list = GapList::default();
+        for gap in gaps {
+            list.add(*gap);
+        }
+        list
+    }
+
+    /// A watch forgets what is reported, of one stream a frame before the other.
+    #[test]
+    fn a_gap_that_is_forgotten_is_still_compared() {
+        let (mut one, mut other) = (of(&[gap(10, 20)]), of(&[gap(11, 21)]));
+        one.forget(20);
+        other.forget(20);
+        assert!(one.is_empty() && !other.is_empty());
+        let split = other.split([&one].into_iter());
+        assert_eq!((split.by_capture.count(), split.coinciding, split.alone.count()), (1, 1, 0));
+        one.forget(30);
+        assert_eq!(other.split([&one].into_iter()).alone.count(), 1);
+    }
+
+    #[test]
+    fn gaps_that_are_not_remembered_count_as_those_of_one_stream() {
+        let many: Vec<FrameGap> = (0..2 * MOST_GAPS as u64).map(|at| gap(at * 10, at * 10 + 2)).collect();
+        let split = of(&many).split([&of(&[gap(0, 3)])].into_iter());
+        assert_eq!((split.by_capture.count(), split.by_capture.missing()), (1, 3));
+        assert_eq!((split.alone.count(), split.alone.missing()), (511, 3 * 511));
     }
 }

@@ -180,7 +180,8 @@ impl ProtocolChecks {
     }
 
     /// All findings, and what of the cyclic frames without a Connect was judged; the connections of slaves have their own numbering.
-    pub fn end(self, tracker: &Tracker, slaves: &DpTracker) -> (Vec<CaptureFinding>, Vec<StreamCoverage>) {
+    pub fn end(mut self, tracker: &Tracker, slaves: &DpTracker) -> (Vec<CaptureFinding>, Vec<StreamCoverage>) {
+        self.streams.end_of_capture();
         let ProtocolChecks { mut sight, mut findings, .. } = self;
         let ars = tracker.ars();
         for ar in ars {

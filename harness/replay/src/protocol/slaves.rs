@@ -54,8 +54,8 @@ struct PolledSlave {
     disturbed: u64,
     /// Whether a request since then had no answer and was not repeated: the capture lost the answer.
     has_lost_answer: bool,
-    /// Whether something since then had its master ask for the diagnosis: the priority of that answer, or a request that was repeated.
-    wants_attention: bool,
+    /// Whether that answer had high priority, or a request since then was repeated: then a master asks for the diagnosis.
+    calls_for_diagnosis: bool,
 }
 
 /// A refused service: connection, service, reason.
@@ -113,7 +113,7 @@ impl PolledSlaves {
                 let disturbed = self.disturbed;
                 if let Some(slave) = of(ars, *id).and_then(|ar| self.slave(ar)) {
                     (slave.disturbed, slave.has_lost_answer) = (disturbed, false);
-                    slave.wants_attention = *status == CyclicStatus::Fdl { diagnosis_pending: true };
+                    slave.calls_for_diagnosis = *status == CyclicStatus::Fdl { diagnosis_pending: true };
                 }
             }
             Observation::Unreadable { .. } | Observation::Gap { .. } => self.disturbed += 1,
@@ -168,7 +168,7 @@ impl PolledSlaves {
                 }
             }
             PollPart::Again => {
-                (slave.has_lost_answer, slave.wants_attention) = (false, true);
+                (slave.has_lost_answer, slave.calls_for_diagnosis) = (false, true);
                 polls.again += 1;
                 if polls.first_again == 0 {
                     polls.first_again = now.frame;
@@ -260,7 +260,7 @@ impl PolledSlaves {
                     return;
                 };
                 let slave = self.slaves.entry(station).or_default();
-                let (master, is_explained) = (slave.master, slave.wants_attention);
+                let (master, is_explained) = (slave.master, slave.calls_for_diagnosis);
                 if diag.status_2.has(Status2::PRM_REQ) {
                     let why = "its diagnosis requests new parameters (Prm_Req)";
                     self.left(now, ars, (Some(id), is_explained), why, findings);
@@ -274,7 +274,7 @@ impl PolledSlaves {
     }
 
     /// A slave left the data exchange: because of its watchdog where its master paused for longer, else by itself. `is_explained`: the
-    /// capture shows why its master looked.
+    /// capture shows why its master asked for the diagnosis.
     fn left(
         &mut self,
         now: CapturePosition,
@@ -338,10 +338,10 @@ impl PolledSlaves {
             finding.blame_capture();
             finding.text.push_str("; the capture lost frames before it");
         } else if !is_explained && finding.blame == CaptureBlame::Device {
-            // A master asks again because of an answer of the slave, or after it has ended the data exchange itself.
             finding.blame_capture();
             finding.text.push_str(
-                "; no answer had its master ask for the diagnosis, so a request that ended the data exchange may not be in the capture",
+                "; no answer of high priority and no repeated request comes before this diagnosis, so a request that ended the data \
+                 exchange may be missing",
             );
         } else if is_timeless && finding.blame == CaptureBlame::Device {
             finding.blame_capture();

@@ -125,6 +125,13 @@ impl WatchedStreams {
         }
     }
 
+    /// Judges streams of few frames by those there are; to be called before all that follows.
+    pub fn end_of_capture(&mut self) {
+        for stream in &mut self.streams {
+            stream.end_of_capture();
+        }
+    }
+
     /// The gaps of the streams, each with its sender.
     pub fn gaps(&self) -> impl Iterator<Item = (Mac, &GapList)> {
         self.streams.iter().map(|stream| (stream.name.0, &stream.counter.gaps))
@@ -132,15 +139,12 @@ impl WatchedStreams {
 
     /// Reports what is wrong, and what of the streams was judged; `gaps` are those of the connections.
     pub fn end(
-        mut self,
+        self,
         gaps: &[(Mac, &GapList)],
         sight: &CaptureCoverage,
         ars: &[ObservedAr],
         findings: &mut FindingList,
     ) -> Vec<StreamCoverage> {
-        for stream in &mut self.streams {
-            stream.end_of_capture();
-        }
         // Where the layout was guessed, the frames after the first ones were judged as those of a connection.
         let has_guessed_layout = |stream: &WatchedStream| {
             let of_pair = |ar: &&ObservedAr| {
