@@ -148,6 +148,11 @@ impl<'a> LiveReplay<'a> {
         self.walked.packet(packet, after_damage, &mut LiveVisitor { checks: &mut self.checks, sink });
     }
 
+    /// Notes the time of a frame that is not judged; call [`interrupt`](Self::interrupt) before the next one that is.
+    pub fn skip(&mut self, number: u64, time: Time) {
+        self.last = (number, time);
+    }
+
     /// Frames were lost before the next one: nothing is measured across them.
     pub fn interrupt(&mut self) {
         self.is_interrupted = true;

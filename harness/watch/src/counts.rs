@@ -29,6 +29,8 @@ pub struct WatchCounts {
     pub unreadable: u64,
     /// Frames that the kernel dropped before this process could read them.
     pub lost_by_kernel: u64,
+    /// Frames that were kept but not judged, since the watch was behind.
+    pub not_judged: u64,
     /// Frames that were judged but are missing in the ring, because the disk did not keep up.
     pub lost_by_ring: u64,
     /// Frames that the interface has transmitted since the watch began, by whatever program of this host.

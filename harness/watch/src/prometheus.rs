@@ -44,6 +44,12 @@ pub fn prometheus(counts: &WatchCounts) -> String {
             Some(counts.lost_by_kernel),
         ),
         (
+            "encspec_unjudged_frames_total",
+            "counter",
+            "Frames kept but not judged, since the watch was behind.",
+            Some(counts.not_judged),
+        ),
+        (
             "encspec_ring_lost_frames_total",
             "counter",
             "Frames judged but missing in the ring.",

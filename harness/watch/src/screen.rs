@@ -70,11 +70,12 @@ pub fn screen<'r>(
 }
 
 fn losses(counts: &WatchCounts) -> String {
-    match (counts.lost_by_kernel, counts.lost_by_ring) {
-        (0, 0) => "no frame lost by this host".to_owned(),
-        (kernel, ring) => {
-            format!("{kernel} frames lost by the kernel (not judged), {ring} by the ring (judged, not kept)")
-        }
+    match (counts.lost_by_kernel, counts.lost_by_ring, counts.not_judged) {
+        (0, 0, 0) => "no frame lost by this host".to_owned(),
+        (kernel, ring, watch) => format!(
+            "{kernel} frames lost by the kernel (not judged), {ring} by the ring (judged, not kept), {watch} by this watch (kept, not \
+             judged)"
+        ),
     }
 }
 

@@ -20,6 +20,9 @@ const AFTER: Duration = Duration::from_secs(10);
 const LONGEST: Duration = Duration::from_secs(120);
 /// Losses are reported at once, and further ones after this time.
 const LOSSES: Duration = Duration::from_secs(10);
+/// If the kernel loses frames twice within this time, frames are kept and not judged until it has lost none for as long: to begin afresh
+/// after each loss takes more time than the frames, and a watch that is behind would stay behind.
+const SETTLES: Duration = Duration::from_millis(50);
 /// Findings that the screen shows.
 const MOST_RECENT: usize = 12;
 
@@ -33,8 +36,13 @@ pub struct LiveWatch<'a> {
     last: Time,
     open: Option<OpenIncident>,
     recent: VecDeque<String>,
-    /// Frames lost by the kernel and by the ring that were not reported yet, and when the last ones were.
-    losses: [(u64, Option<Time>); 2],
+    /// Frames lost by the kernel, by the ring and by this watch that were not reported yet, and when the last ones were.
+    losses: [(u64, Option<Time>); 3],
+    /// Whether the kernel lost frames before the next one, and the time of the last one after a loss.
+    has_lost: bool,
+    last_loss: Option<Time>,
+    /// Whether frames are not judged, so that the watch catches up.
+    is_behind: bool,
     seen_ring_losses: u64,
 }
 
@@ -56,7 +64,10 @@ impl<'a> LiveWatch<'a> {
             last: Time::ZERO,
             open: None,
             recent: VecDeque::new(),
-            losses: [(0, None); 2],
+            losses: [(0, None); 3],
+            has_lost: false,
+            last_loss: None,
+            is_behind: false,
             seen_ring_losses: 0,
         }
     }
@@ -66,11 +77,17 @@ impl<'a> LiveWatch<'a> {
         self.number += 1;
         self.first.get_or_insert(time);
         self.last = time;
+        let is_skipped = self.is_skipped(time);
         let LiveWatch { replay, counts, ring, number, .. } = self;
         let bus = if link == LinkType::PROFIBUS { Bus::Profibus } else { Bus::Profinet };
         counts.frame(bus, time, original as usize);
         if let Some(ring) = ring {
             ring.frame(*number, time, link, octets, original);
+        }
+        if is_skipped {
+            counts.not_judged += 1;
+            self.losses[2].0 += 1;
+            return replay.skip(*number, time);
         }
         let packet = CapturedPacket {
             number: *number as usize,
@@ -85,8 +102,23 @@ impl<'a> LiveWatch<'a> {
         replay.frame(&packet, &mut |bus, ars, time, observation| counts.observe(bus, ars, time, observation));
     }
 
+    /// Whether this frame is not judged, so that the watch catches up. The one that shows that it is behind still is.
+    fn is_skipped(&mut self, time: Time) -> bool {
+        let was_behind = self.is_behind;
+        let is_settling = self.last_loss.is_some_and(|last| time < last + SETTLES);
+        if std::mem::take(&mut self.has_lost) {
+            self.is_behind = is_settling;
+            self.last_loss = Some(time);
+        } else if was_behind && !is_settling {
+            self.is_behind = false;
+            self.interrupt();
+        }
+        was_behind && self.is_behind
+    }
+
     /// Frames were lost before the next one, and are not judged.
     pub fn lost(&mut self, frames: u64) {
+        self.has_lost = true;
         self.counts.lost_by_kernel += frames;
         self.losses[0].0 += frames;
         self.replay.interrupt();
@@ -146,7 +178,7 @@ impl<'a> LiveWatch<'a> {
 
     fn lost_lines(&mut self, now: Time, pace: Duration) -> Vec<WatchLine> {
         let mut lines = Vec::new();
-        for ((frames, reported), by) in self.losses.iter_mut().zip(["kernel", "ring"]) {
+        for ((frames, reported), by) in self.losses.iter_mut().zip(["kernel", "ring", "watch"]) {
             if *frames > 0 && reported.is_none_or(|reported| now >= reported + pace) {
                 let frames = std::mem::take(frames);
                 *reported = Some(now);

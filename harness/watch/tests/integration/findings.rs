@@ -50,6 +50,26 @@ fn what_the_kernel_lost_is_a_loss_of_the_capture_and_nothing_else() {
     assert!(prometheus(watch.counts()).contains("\nencspec_kernel_lost_frames_total 400\n"));
 }
 
+/// The kernel loses frames before each frame of a second, twice. All frames are counted, and what follows is judged again.
+#[test]
+fn a_watch_that_is_behind_catches_up() {
+    let mut watch = LiveWatch::new(&[], None);
+    let mut lines = run(&mut watch, 0..5_000, |_, _| Some(GOOD));
+    for cycle in (5_000..6_000).chain(7_000..8_000) {
+        watch.lost(3);
+        lines.extend(run(&mut watch, cycle..cycle + 1, |from, _| (from == 0x10).then_some(GOOD)));
+    }
+    lines.extend(run(&mut watch, 8_000..20_000, |from, cycle| {
+        Some(if from == 0x10 && (15_000..15_400).contains(&cycle) { STOP } else { GOOD })
+    }));
+    let found = findings(&lines);
+    assert_eq!(found.iter().map(|(id, ..)| id.as_str()).collect::<Vec<_>>(), ["PN-STATUS-STOP"]);
+    let (_, counts) = watch.end();
+    assert_eq!((counts.frames, counts.lost_by_kernel), (20_000 + 2_000 + 48_000, 6_000));
+    // Each time the first two losses cut what is measured, the frames after them wait, and so do those of 50 ms after the last loss.
+    assert_eq!(counts.not_judged, 998 + 998 + 4 * 50 - 4);
+}
+
 #[test]
 fn a_side_that_falls_silent_for_good_is_found_when_its_watchdog_must_have_expired() {
     let mut watch = LiveWatch::new(&[], None);
