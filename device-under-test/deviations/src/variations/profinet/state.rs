@@ -5,7 +5,7 @@ use crate::seams::stack::{cyclic, profinet};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{ArEvent, StackCheck, StackHooks, StackView, StationData, StationLoad};
+use device_stack::profinet::{StackCheck, StackHooks, StackView, StationData, StationLoad};
 use station::Time;
 use wire::datagram::arp::Arp;
 use wire::datagram::{Datagram, write_udp};
@@ -136,10 +136,6 @@ impl StackHooks for LateOutputs {
             self.before.push(((slot, subslot), now.clone()));
             *data = before;
         }
-    }
-
-    fn connection(&mut self, _: ArEvent) {
-        self.before.clear();
     }
 }
 
