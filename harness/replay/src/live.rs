@@ -148,9 +148,10 @@ impl<'a> LiveReplay<'a> {
         self.walked.packet(packet, after_damage, &mut LiveVisitor { checks: &mut self.checks, sink });
     }
 
-    /// Notes the time of a frame that is not judged; call [`interrupt`](Self::interrupt) before the next one that is.
+    /// Notes the time of a frame that is not judged; nothing is measured across it.
     pub fn skip(&mut self, number: u64, time: Time) {
         self.last = (number, time);
+        self.interrupt();
     }
 
     /// Frames were lost before the next one: nothing is measured across them.

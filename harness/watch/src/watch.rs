@@ -77,7 +77,7 @@ impl<'a> LiveWatch<'a> {
         self.number += 1;
         self.first.get_or_insert(time);
         self.last = time;
-        let is_skipped = self.is_skipped(time);
+        let is_skipped = self.note_losses(time);
         let LiveWatch { replay, counts, ring, number, .. } = self;
         let bus = if link == LinkType::PROFIBUS { Bus::Profibus } else { Bus::Profinet };
         counts.frame(bus, time, original as usize);
@@ -102,8 +102,9 @@ impl<'a> LiveWatch<'a> {
         replay.frame(&packet, &mut |bus, ars, time, observation| counts.observe(bus, ars, time, observation));
     }
 
-    /// Whether this frame is not judged, so that the watch catches up. The one that shows that it is behind still is.
-    fn is_skipped(&mut self, time: Time) -> bool {
+    /// Notes whether the watch is behind at this frame; returns whether it is left out, so that the watch catches up. The one that shows that
+    /// it is behind still is judged.
+    fn note_losses(&mut self, time: Time) -> bool {
         let was_behind = self.is_behind;
         let is_settling = self.last_loss.is_some_and(|last| time < last + SETTLES);
         if std::mem::take(&mut self.has_lost) {
@@ -111,7 +112,7 @@ impl<'a> LiveWatch<'a> {
             self.last_loss = Some(time);
         } else if was_behind && !is_settling {
             self.is_behind = false;
-            self.interrupt();
+            self.counts.interrupt();
         }
         was_behind && self.is_behind
     }

@@ -3,8 +3,8 @@
 use super::accepted::AcceptedFrames;
 use super::advice::{Advice, advised};
 use super::coverage::{CaptureCoverage, CapturePosition, FindingList, SettledFrames};
-use super::gaps::{FrameGap, GapList, OFTEN};
-use super::table::{CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ONE_SIDED};
+use super::gaps::{FrameGap, GapList, GapReport, OFTEN};
+use super::table::{CAPTURE_GAP, CYCLE_COUNTER, CYCLE_SILENT, ONE_SIDED};
 use super::text::{of, sender, span};
 use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{ArId, ArStage, CyclicStatus, FrameDirection, Observation, ObservedAr, Role};
@@ -171,8 +171,9 @@ impl CyclicFlows {
             let id = ArId(index as u32);
             let Some(ar) = of(ars, id) else { continue };
             for direction in [FrameDirection::ToController, FrameDirection::ToDevice] {
-                self.lost(ar, id, direction, gaps, findings);
-                counter(ar, id, direction, &flows[direction as usize], findings);
+                let flow = &flows[direction as usize];
+                self.lost(ar, (id, direction), flow, gaps, findings);
+                counter(ar, id, direction, flow, findings);
             }
         }
         for (index, ar) in ars.iter().enumerate().filter(|(_, ar)| ar.role == Role::Exchange) {
@@ -184,12 +185,11 @@ impl CyclicFlows {
     fn lost(
         &self,
         ar: &ObservedAr,
-        id: ArId,
-        direction: FrameDirection,
+        (id, direction): (ArId, FrameDirection),
+        flow: &CyclicFlow,
         gaps: &[(Mac, &GapList)],
         findings: &mut FindingList,
     ) {
-        let Some(flow) = self.flows.get(id.0 as usize).map(|flows| &flows[direction as usize]) else { return };
         if flow.gaps.is_empty() {
             return;
         }
@@ -202,24 +202,18 @@ impl CyclicFlows {
         let connections = self.flows.iter().flatten().filter(|other| !std::ptr::eq(*other, flow)).map(|of| &of.gaps);
         let streams = gaps.iter().filter(|(sender, _)| *sender != own).map(|(_, gaps)| *gaps);
         let others: Vec<&GapList> =
-            connections.chain(streams).filter(|gaps| !gaps.is_empty()).take(MOST_COMPARED).collect();
-        let split = flow.gaps.split(others.iter().copied());
-        let cycle = format!(", cycle {}", span(stream.cycle));
-        let what = |gaps: &GapList, longest| {
-            gaps.text(longest, stream.frames + flow.gaps.missing(), &sender(ar, direction), &cycle)
+            connections.chain(streams).filter(|gaps| gaps.is_comparable()).take(MOST_COMPARED).collect();
+        let report = GapReport {
+            who: &sender(ar, direction),
+            frames: stream.frames,
+            more: &format!(", cycle {}", span(stream.cycle)),
+            others: "streams",
+            alone: (
+                "no other stream has a gap then, so the frames were lost on the network or by a mirror port",
+                CaptureBlame::Network,
+            ),
         };
-        if let Some(longest) = split.by_capture.longest() {
-            let (what, shared) = (what(&split.by_capture, longest), split.coinciding);
-            let text = format!(
-                "{what}; {shared} of these gaps coincide with gaps of other streams: the capture lost the frames"
-            );
-            let finding = CAPTURE_GAP.finding(FindingSeverity::Info, CaptureBlame::Capture, longest.to.frame, text);
-            findings.add(finding.ar(id));
-        }
-        if let Some(longest) = split.alone.longest() {
-            let whether = "no other stream has a gap then, so the frames were lost on the network or by a mirror port";
-            let text = format!("{}; {whether}", what(&split.alone, longest));
-            let finding = CYCLE_LOST.finding(split.alone.severity(), CaptureBlame::Network, longest.to.frame, text);
+        for finding in flow.gaps.findings(others.iter().copied(), &report) {
             findings.add(finding.ar(id));
         }
     }

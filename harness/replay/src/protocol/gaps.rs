@@ -1,8 +1,9 @@
 //! Gaps in cyclic frames, and which of them coincide with gaps of other senders.
 
 use super::coverage::CapturePosition;
+use super::table::{CAPTURE_GAP, CYCLE_LOST};
 use super::text::span;
-use crate::finding::FindingSeverity;
+use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
 use station::Duration;
 
 /// Upper limit of the gaps of one stream whose times are remembered.
@@ -30,14 +31,28 @@ impl FrameGap {
     }
 }
 
+/// What the findings on the gaps of a stream say.
+pub(super) struct GapReport<'r> {
+    /// The sender.
+    pub who: &'r str,
+    /// The frames that were captured of it.
+    pub frames: u64,
+    /// What stands behind the frame of the longest gap.
+    pub more: &'r str,
+    /// With whose gaps those of the capture coincide.
+    pub others: &'static str,
+    /// What follows from a gap that no other has, and who is to blame for it.
+    pub alone: (&'static str, CaptureBlame),
+}
+
 /// The gaps of a stream by what lost the frames.
-pub(super) struct SplitGaps {
+struct SplitGaps {
     /// Those of the capture.
-    pub by_capture: GapList,
+    by_capture: GapList,
     /// How many of these coincide with gaps of others.
-    pub coinciding: usize,
+    coinciding: usize,
     /// Those that no other stream has.
-    pub alone: GapList,
+    alone: GapList,
 }
 
 /// The gaps of a stream.
@@ -80,12 +95,17 @@ impl GapList {
         self.gaps.is_empty()
     }
 
-    pub fn longest(&self) -> Option<&FrameGap> {
+    /// Whether a gap of another stream may coincide with one of these, or with one that was just forgotten.
+    pub fn is_comparable(&self) -> bool {
+        !self.gaps.is_empty() || !self.forgotten.is_empty()
+    }
+
+    fn longest(&self) -> Option<&FrameGap> {
         self.gaps.iter().max_by_key(|gap| gap.length())
     }
 
     /// How bad it is if these frames were lost on the network: a frame or two may be.
-    pub fn severity(&self) -> FindingSeverity {
+    fn severity(&self) -> FindingSeverity {
         if self.missing > 2 { FindingSeverity::Warning } else { FindingSeverity::Info }
     }
 
@@ -94,14 +114,33 @@ impl GapList {
         self.count
     }
 
-    /// How many frames are missing.
-    pub fn missing(&self) -> u64 {
-        self.missing
+    /// Reports these gaps; those that coincide with a gap of `others` are gaps of the capture.
+    pub fn findings<'g>(
+        &self,
+        others: impl Iterator<Item = &'g GapList> + Clone,
+        report: &GapReport<'_>,
+    ) -> impl Iterator<Item = CaptureFinding> {
+        let SplitGaps { by_capture, coinciding, alone } = self.split(others);
+        let sent = report.frames + self.missing;
+        let of_capture = by_capture.longest().map(|longest| {
+            let text = format!(
+                "{}; {coinciding} of these gaps coincide with gaps of other {}: the capture lost the frames",
+                by_capture.text(longest, sent, report),
+                report.others
+            );
+            CAPTURE_GAP.finding(FindingSeverity::Info, CaptureBlame::Capture, longest.to.frame, text)
+        });
+        let (whether, blame) = report.alone;
+        let of_stream = alone.longest().map(|longest| {
+            let text = format!("{}; {whether}", alone.text(longest, sent, report));
+            CYCLE_LOST.finding(alone.severity(), blame, longest.to.frame, text)
+        });
+        of_capture.into_iter().chain(of_stream)
     }
 
     /// Separates the gaps that coincide with a gap of `others` from those that do not. If most do, all were lost by the capture: a
     /// recorder that does not keep up also loses single frames. Gaps that are not remembered count as the others.
-    pub fn split<'g>(&self, others: impl Iterator<Item = &'g GapList> + Clone) -> SplitGaps {
+    fn split<'g>(&self, others: impl Iterator<Item = &'g GapList> + Clone) -> SplitGaps {
         let known = |of: &'g GapList| of.gaps.iter().chain(&of.forgotten);
         let is_shared = |gap: &&FrameGap| others.clone().flat_map(known).any(|other| gap.meets(other));
         let (shared, alone): (Vec<FrameGap>, Vec<FrameGap>) = self.gaps.iter().partition(is_shared);
@@ -119,8 +158,8 @@ impl GapList {
         }
     }
 
-    /// What is missing of the frames that `who` has `sent`; `more` stands behind the frame of the longest gap.
-    pub fn text(&self, longest: &FrameGap, sent: u64, who: &str, more: &str) -> String {
+    /// What is missing of the frames that were sent.
+    fn text(&self, longest: &FrameGap, sent: u64, GapReport { who, more, .. }: &GapReport<'_>) -> String {
         format!(
             "{} of {sent} cyclic frames of {who} are missing in {} gaps; the longest gap lasts {} (frame {}{more})",
             self.missing,
@@ -155,10 +194,11 @@ mod tests {
         let (mut one, mut other) = (of(&[gap(10, 20)]), of(&[gap(11, 21)]));
         one.forget(20);
         other.forget(20);
-        assert!(one.is_empty() && !other.is_empty());
+        assert!(one.is_empty() && one.is_comparable() && !other.is_empty());
         let split = other.split([&one].into_iter());
         assert_eq!((split.by_capture.count(), split.coinciding, split.alone.count()), (1, 1, 0));
         one.forget(30);
+        assert!(!one.is_comparable());
         assert_eq!(other.split([&one].into_iter()).alone.count(), 1);
     }
 
@@ -166,7 +206,7 @@ mod tests {
     fn gaps_that_are_not_remembered_count_as_those_of_one_stream() {
         let many: Vec<FrameGap> = (0..2 * MOST_GAPS as u64).map(|at| gap(at * 10, at * 10 + 2)).collect();
         let split = of(&many).split([&of(&[gap(0, 3)])].into_iter());
-        assert_eq!((split.by_capture.count(), split.by_capture.missing()), (1, 3));
-        assert_eq!((split.alone.count(), split.alone.missing()), (511, 3 * 511));
+        assert_eq!((split.by_capture.count(), split.by_capture.missing), (1, 3));
+        assert_eq!((split.alone.count(), split.alone.missing), (511, 3 * 511));
     }
 }

@@ -3,11 +3,10 @@
 use super::super::advice::advised;
 use super::super::coverage::{CaptureCoverage, FindingList};
 use super::super::cyclic::PAUSED;
-use super::super::gaps::{GapList, OFTEN};
+use super::super::gaps::{GapList, GapReport, OFTEN};
 use super::super::status::READ_DIAGNOSIS;
 use super::super::table::{
-    CAPTURE_GAP, CYCLE_COUNTER, CYCLE_LOST, CYCLE_SILENT, ODD_FRAME, ProtocolCheck, STATUS_INVALID, STATUS_PROBLEM,
-    STATUS_STOP,
+    CYCLE_COUNTER, CYCLE_SILENT, ODD_FRAME, ProtocolCheck, STATUS_INVALID, STATUS_PROBLEM, STATUS_STOP,
 };
 use super::super::text::{party, span};
 use super::identity::StationIdentities;
@@ -177,20 +176,15 @@ fn lost(
         return;
     }
     let others = all.iter().map(|other| (other.name.0, &other.counter.gaps)).chain(gaps.iter().copied());
-    let split = own.split(others.filter(|(sender, _)| *sender != stream.name.0).map(|(_, gaps)| gaps));
-    let what = |gaps: &GapList, longest| gaps.text(longest, stream.frames + own.missing(), &who.text, "");
-    if let Some(longest) = split.by_capture.longest() {
-        let (what, shared) = (what(&split.by_capture, longest), split.coinciding);
-        let text =
-            format!("{what}; {shared} of these gaps coincide with gaps of other senders: the capture lost the frames");
-        findings.add(CAPTURE_GAP.finding(FindingSeverity::Info, CaptureBlame::Capture, longest.to.frame, text));
-    }
-    if let Some(longest) = split.alone.longest() {
-        let text =
-            format!("{}; they were lost on the network or by a mirror port, or not sent", what(&split.alone, longest));
-        let severity = split.alone.severity();
-        findings.add(CYCLE_LOST.finding(severity, CaptureBlame::Undecided, longest.to.frame, text));
-    }
+    let others = others.filter(|(sender, _)| *sender != stream.name.0).map(|(_, gaps)| gaps);
+    let report = GapReport {
+        who: &who.text,
+        frames: stream.frames,
+        more: "",
+        others: "senders",
+        alone: ("they were lost on the network or by a mirror port, or not sent", CaptureBlame::Undecided),
+    };
+    own.findings(others, &report).for_each(|finding| findings.add(finding));
 }
 
 /// The finding of a stream that paused for longer than the longest watchdog. Who fell silent and what lost frames look alike.
