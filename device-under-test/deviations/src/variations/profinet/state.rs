@@ -137,6 +137,10 @@ impl StackHooks for LateOutputs {
             *data = before;
         }
     }
+
+    fn load_station(&mut self, _: StationLoad, _: &mut StationData) {
+        self.before.clear();
+    }
 }
 
 /// Sends no cyclic frame before ApplicationReady, but the first one after a third of the data hold time at the latest.
