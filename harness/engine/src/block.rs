@@ -4,7 +4,8 @@ use expression::{HistoryState, NameId, NameValues, Value, equal};
 use judge::condition;
 use judge::rule::RuleWatch;
 use judge::view::NameView;
-use judge::{JudgeTick, Truth};
+use judge::wire_position::{WirePosition, is_input, place_of};
+use judge::{JudgeTick, TickKind, Truth};
 use results::outcome::JudgedPart;
 use station::{Duration, Time};
 use suite::Location;
@@ -57,8 +58,8 @@ pub struct BrokenObservation {
     pub parts: Vec<JudgedPart>,
     /// The frame or event that broke it.
     pub tick: Option<JudgeTick>,
-    /// The names in the parts.
-    pub names: Vec<NameId>,
+    /// The byte and bit in that frame, if it shows them.
+    pub place: Option<WirePosition>,
     /// Whether it was never decided, so it says nothing about the device.
     pub undecided: bool,
 }
@@ -181,7 +182,7 @@ impl ObservationWatch<'_> {
                         what: format!("The rule over the block was broken: {}.", violation.how),
                         parts: violation.parts.clone(),
                         tick: Some(violation.tick),
-                        names: violation.names.clone(),
+                        place: violation.place,
                         undecided: false,
                     });
                 }
@@ -192,7 +193,7 @@ impl ObservationWatch<'_> {
                     what: format!("The rule was never decided ({} frames and events checked).", decided.checked),
                     parts: Vec::new(),
                     tick: None,
-                    names: Vec::new(),
+                    place: None,
                     undecided: true,
                 })
             }
@@ -218,7 +219,7 @@ impl ObservationWatch<'_> {
                         held: false,
                     }],
                     tick: counted.last,
-                    names: condition.names().collect(),
+                    place: counted.last.and_then(|tick| place_at(tick, condition.names(), view)),
                     undecided: right == Truth::Unknown,
                 })
             }
@@ -235,6 +236,7 @@ impl ObservationWatch<'_> {
                     None if !open => return None,
                     None => (format!("The order is uncertain: after {known} entries the values were unknown."), known),
                 };
+                let tick = passed.values.get(wrong).or(passed.values.last()).map(|(tick, _)| *tick);
                 Some(BrokenObservation {
                     text: text.clone(),
                     at: at.clone(),
@@ -246,13 +248,21 @@ impl ObservationWatch<'_> {
                         observed: observed.iter().map(|values| show(values)).collect::<Vec<_>>().join(" "),
                         held: false,
                     }],
-                    tick: passed.values.get(wrong).or(passed.values.last()).map(|(tick, _)| *tick),
-                    names: names.iter().flat_map(|name| name.names()).collect(),
+                    tick,
+                    place: tick.and_then(|tick| place_at(tick, names.iter().flat_map(|name| name.names()), view)),
                 })
             }
             ObservationWatch::Rule { .. } | ObservationWatch::Count { .. } | ObservationWatch::Sequence { .. } => None,
         }
     }
+}
+
+/// The position of the first name that the frame at an earlier tick contains: inputs are at the same offset in each frame.
+fn place_at(tick: JudgeTick, names: impl Iterator<Item = NameId>, view: &NameView<'_>) -> Option<WirePosition> {
+    let is_sample = matches!(tick.kind, TickKind::Sample | TickKind::BadSample);
+    let mut inputs = names.filter(|name| is_sample && is_input(*name, view));
+    let (_, octet, bit) = inputs.find_map(|name| place_of(name, view))?;
+    Some((tick.frame, octet, bit))
 }
 
 impl ConditionCount {

@@ -71,6 +71,26 @@ fn a_block(#[case] observe: &[&str], #[case] steps: &[&str], #[case] verdict: Ve
     assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
 }
 
+/// The sensor is parked in the middle of the block, so the frame to look at has the second byte of G1_ZSW bit 14 set (encoder
+/// profile 3.162, 6.3.2), and the last frames have not.
+#[rstest]
+#[case::a_rule("always: { G1_ZSW.parked: 0 }")]
+#[case::a_count("{ count: rises(G1_ZSW.parked), is: 0 }")]
+#[case::a_sequence("{ sequence: [G1_ZSW.parked, G1_ZSW.sensor_error], is: [[0, 0], [1, 1]] }")]
+fn the_frame_that_breaks_a_block_is_named(#[case] observe: &str) {
+    let steps = ["wait: 10 cycles", PARK, "wait: 20 cycles", "set: { G1_STW.park: 0 }", "wait: 1s"];
+    let outcome = block(&[observe], &steps);
+    assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
+    let failure = outcome.case.failures.first().expect("the reason");
+    let place = failure.place.as_ref().expect("the frame");
+    assert!(place.octet.is_some(), "{place:?}");
+    let marked = failure.trace.iter().find(|line| line.starts_with('>')).expect("the frame among those shown");
+    assert!(marked.contains(&format!("{} ", place.frame)), "{marked}");
+    let data = marked.split(" cycle ").nth(1).and_then(|data| data.split(' ').nth(3)).expect("the data");
+    let octet = u8::from_str_radix(data, 16).expect("a byte");
+    assert_eq!(octet & 0x40, 0x40, "{marked}");
+}
+
 #[test]
 fn a_count_without_frames_is_inconclusive() {
     let outcome = tried(

@@ -5,14 +5,15 @@ use super::verbs::LocatedStepResult;
 use super::{LONGEST_HOLD, RunningTrial, StepCheck};
 use crate::block::BlockWatch;
 use crate::expect::{Expectation, uses_events};
-use judge::JudgeTick;
 use judge::answer::ReceivedReply;
+use judge::view::NameView;
 use judge::window::WindowOutcome as Decision;
+use judge::wire_position::decisive;
 use results::outcome::{FailureCause, JudgedPart};
 use results::verdict::Verdict;
 use station::{Duration, Time};
 use std::mem;
-use suite::device::{NameId, NameKind};
+use suite::device::NameKind;
 use suite::model::{AnswerPart, Condition, Deadline, HoldTime, ManualReading, TrialStep, Verb};
 
 /// A step that waits for a sample of a dead connection gives up after this time.
@@ -58,7 +59,7 @@ impl<'a> RunningTrial<'a> {
         self.until_decided(began, looks, by_itself);
         let Some(expectation) = self.world.judges.expecting.take() else { return Ok(()) };
         self.note_slow(step, within, expectation.slow());
-        decision(&expectation)
+        decision(&expectation, &self.world.view())
     }
 
     /// Runs until the present expectation is decided.
@@ -211,9 +212,8 @@ impl<'a> RunningTrial<'a> {
                     StepError::device(what, first.parts)
                 };
                 trouble.step = Some((first.text, first.at));
-                trouble.frame = first.tick.map(|tick: JudgeTick| tick.frame);
-                let place = |name: &NameId| (*name, judge::wire_position::place_of(*name, &self.world.view()));
-                trouble.places = first.names.iter().map(place).collect();
+                trouble.frame = first.tick.map(|tick| tick.frame);
+                trouble.place = first.place;
                 return Err((trouble, step));
             }
         }
@@ -314,7 +314,7 @@ impl<'a> RunningTrial<'a> {
                     }
                     self.until_decided(began, looks, self.comes_by_itself(condition));
                     if let Some(expectation) = self.world.judges.expecting.take() {
-                        decision(&expectation)?;
+                        decision(&expectation, &self.world.view())?;
                         self.note_slow(step, within, expectation.slow());
                     }
                 }
@@ -337,7 +337,7 @@ fn is_patient(reading: &ManualReading) -> bool {
 }
 
 /// The result of an expectation.
-fn decision(expectation: &Expectation<'_>) -> StepResult {
+fn decision(expectation: &Expectation<'_>, view: &NameView<'_>) -> StepResult {
     let instant = expectation.instant();
     let parts = instant.map_or_else(Vec::new, |instant| instant.parts.clone());
     let what = match expectation.outcome() {
@@ -360,7 +360,7 @@ fn decision(expectation: &Expectation<'_>) -> StepResult {
     let mut trouble = StepError::device(what, parts);
     if let Some(instant) = instant {
         trouble.frame = Some(instant.tick.frame);
-        trouble.places.clone_from(&instant.places);
+        trouble.place = decisive(&instant.places, &trouble.parts, view);
     }
     Err(trouble)
 }

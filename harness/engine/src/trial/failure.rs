@@ -5,7 +5,6 @@ use super::{RunningTrial, TrialPhase};
 use crate::world::{LostConnection, TrialWorld};
 use judge::follow::Ending;
 use judge::observe::{FrameDirection, Leaving};
-use judge::wire_position::decisive;
 use results::outcome::{CaseFailure, FailureCause, FailurePosition};
 use results::verdict::Verdict;
 use suite::model::{Manual, TrialStep};
@@ -22,7 +21,7 @@ pub fn failure(
 ) -> CaseFailure {
     let world = &run.world;
     let covers = if covers.is_empty() { &run.trial.covers } else { covers };
-    let place = place(world, &trouble);
+    let place = place(&trouble);
     let around = place.as_ref().map(|place| place.frame).or(trouble.frame);
     let (text, at) = match (&trouble.step, step) {
         (Some((text, at)), _) => (text.clone(), at.clone()),
@@ -71,9 +70,8 @@ pub fn requirements(manual: &Manual, covers: &[usize]) -> Vec<(String, String, S
         .collect()
 }
 
-fn place(world: &TrialWorld<'_>, trouble: &BoxedStepError) -> Option<FailurePosition> {
-    let position = decisive(&trouble.places, &trouble.parts, &world.view());
-    match (position, trouble.frame) {
+fn place(trouble: &BoxedStepError) -> Option<FailurePosition> {
+    match (trouble.place, trouble.frame) {
         (Some((frame, octet, bit)), _) => {
             Some(FailurePosition { frame, octet: Some(octet), bit, filter: filter(frame) })
         }

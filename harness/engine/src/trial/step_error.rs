@@ -1,6 +1,5 @@
 //! The reason why a step failed, and the party to blame.
 
-use expression::NameId;
 use judge::wire_position::WirePosition;
 use results::outcome::{FailureCause, JudgedPart};
 use results::verdict::Verdict;
@@ -20,8 +19,8 @@ pub struct StepError {
     pub parts: Vec<JudgedPart>,
     /// The decisive frame.
     pub frame: Option<u64>,
-    /// The position of each name in its frame.
-    pub places: Vec<(NameId, Option<WirePosition>)>,
+    /// The byte and bit in that frame, if it shows them.
+    pub place: Option<WirePosition>,
     /// The verdict if the device did not fail: the stand cannot do it, or nothing can be said.
     pub verdict: Option<Verdict>,
     /// The text and position of the failed rule, if it is inside the step.
@@ -42,7 +41,7 @@ impl StepError {
             what,
             parts,
             frame: None,
-            places: Vec::new(),
+            place: None,
             verdict: None,
             step: None,
         })
