@@ -259,6 +259,28 @@ fn gaps_of_a_connection_and_of_a_stream_without_a_connect_are_compared() {
     assert!(all.len() == 2 && all.iter().all(is_of_capture), "{all:#?}");
 }
 
+/// A controller pauses toward two devices; what they send goes on.
+#[test]
+fn a_controller_that_pauses_is_no_gap_of_the_capture() {
+    let mut line = started();
+    for cycle in 0..80u16 {
+        line.cyclic(true, &[]);
+        if (40..42).contains(&cycle) {
+            line.counter[0] = line.counter[0].wrapping_add(64);
+        } else {
+            line.cyclic(false, &[]);
+            let mut other = handmade::cyclic(false, cycle.wrapping_mul(64), &[]);
+            other[..6].copy_from_slice(&[2, 0, 0, 0, 0xAA, 1]);
+            line.push(other);
+        }
+        line.pass(CYCLE);
+    }
+    let all = findings(&line);
+    let found: Vec<_> = all.iter().map(|finding| (finding.id.as_str(), finding.blame)).collect();
+    assert_eq!(found, [("PN-CYCLE-LOST", CaptureBlame::Undecided); 2], "{all:#?}");
+    assert!(all[0].text.contains("only other streams of this station have gaps then"), "{}", all[0].text);
+}
+
 #[test]
 fn a_silent_device_is_distinguished_from_a_gap_in_the_capture() {
     let mut line = started();

@@ -149,7 +149,7 @@ impl CyclicFlows {
     }
 
     /// The gaps of all directions, each with its sender.
-    pub fn gaps<'g>(&'g self, ars: &'g [ObservedAr]) -> impl Iterator<Item = (Mac, &'g GapList)> {
+    pub fn gaps<'g>(&'g self, ars: &'g [ObservedAr]) -> impl Iterator<Item = (Mac, &'g GapList)> + Clone {
         self.flows
             .iter()
             .zip(ars)
@@ -172,7 +172,7 @@ impl CyclicFlows {
             let Some(ar) = of(ars, id) else { continue };
             for direction in [FrameDirection::ToController, FrameDirection::ToDevice] {
                 let flow = &flows[direction as usize];
-                self.lost(ar, (id, direction), flow, gaps, findings);
+                self.lost(ars, (id, direction), flow, gaps, findings);
                 counter(ar, id, direction, flow, findings);
             }
         }
@@ -184,34 +184,44 @@ impl CyclicFlows {
     /// Reports the missing frames of one direction; `gaps` are those of the streams without a Connect.
     fn lost(
         &self,
-        ar: &ObservedAr,
+        ars: &[ObservedAr],
         (id, direction): (ArId, FrameDirection),
         flow: &CyclicFlow,
         gaps: &[(Mac, &GapList)],
         findings: &mut FindingList,
     ) {
-        if flow.gaps.is_empty() {
-            return;
-        }
+        let Some(ar) = of(ars, id).filter(|_| !flow.gaps.is_empty()) else { return };
         let stream = ar.stream(direction);
         let own = match direction {
             FrameDirection::ToController => ar.device.mac(),
             FrameDirection::ToDevice => ar.controller.mac(),
         };
-        // Two senders do not lose frames at the same time; a recorder that does not keep up loses those of all senders.
-        let connections = self.flows.iter().flatten().filter(|other| !std::ptr::eq(*other, flow)).map(|of| &of.gaps);
-        let streams = gaps.iter().filter(|(sender, _)| *sender != own).map(|(_, gaps)| *gaps);
-        let others: Vec<&GapList> =
-            connections.chain(streams).filter(|gaps| gaps.is_comparable()).take(MOST_COMPARED).collect();
+        // Two senders do not lose frames at the same time; a recorder that does not keep up loses those of all senders. A controller that
+        // pauses, or its cable, loses those of all its connections.
+        let all = self.gaps(ars).chain(gaps.iter().copied()).filter(|(_, gaps)| gaps.is_comparable());
+        let own_or_other = |is_own: bool| {
+            let of =
+                all.clone().filter(move |(sender, of)| (*sender == own) == is_own && !std::ptr::eq(*of, &flow.gaps));
+            of.map(|(_, gaps)| gaps).take(MOST_COMPARED)
+        };
+        let others: Vec<&GapList> = own_or_other(false).collect();
+        let is_of_station = own_or_other(true).any(|other| flow.gaps.meets(other));
         let report = GapReport {
             who: &sender(ar, direction),
             frames: stream.frames,
             more: &format!(", cycle {}", span(stream.cycle)),
             others: "streams",
-            alone: (
-                "no other stream has a gap then, so the frames were lost on the network or by a mirror port",
-                CaptureBlame::Network,
-            ),
+            alone: if is_of_station {
+                (
+                    "only other streams of this station have gaps then: it paused, or its frames were lost on the way",
+                    CaptureBlame::Undecided,
+                )
+            } else {
+                (
+                    "no other stream has a gap then, so the frames were lost on the network or by a mirror port",
+                    CaptureBlame::Network,
+                )
+            },
         };
         for finding in flow.gaps.findings(others.iter().copied(), &report) {
             findings.add(finding.ar(id));

@@ -100,6 +100,11 @@ impl GapList {
         !self.gaps.is_empty() || !self.forgotten.is_empty()
     }
 
+    /// Whether a gap coincides with one of `other`.
+    pub fn meets(&self, other: &GapList) -> bool {
+        self.gaps.iter().any(|gap| other.gaps.iter().chain(&other.forgotten).any(|other| gap.meets(other)))
+    }
+
     fn longest(&self) -> Option<&FrameGap> {
         self.gaps.iter().max_by_key(|gap| gap.length())
     }
