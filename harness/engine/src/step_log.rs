@@ -150,7 +150,9 @@ impl StepLog {
                 }
             }
         }
-        if tick.kind == TickKind::Event && !matches!(image.happening, CurrentEvent::Nothing | CurrentEvent::Diagnosis) {
+        if tick.kind == TickKind::Event
+            && !matches!(image.happening, CurrentEvent::Nothing | CurrentEvent::Diagnosis | CurrentEvent::Ready(_))
+        {
             let view = scene.view(tick);
             let named =
                 EVENTS.iter().filter_map(|(name, path)| Some(((*path).to_owned(), view.event(*name)?))).collect();

@@ -569,6 +569,7 @@ pub fn happening(happening: &CurrentEvent) -> String {
         }
         CurrentEvent::Lldp(_) => "an LLDP announcement".into(),
         CurrentEvent::Hello(_) => "a Hello".into(),
+        CurrentEvent::Ready(_) => "an ApplicationReady of a plugged submodule".into(),
         CurrentEvent::Diagnosis => "a diagnosis".into(),
     }
 }

@@ -52,7 +52,12 @@ pub(crate) fn part_name(device: &DeviceDescription, part: &AnswerPart) -> Option
             }
         }
         AnswerPart::Diagnosis(name) => format!("diag.{}", device.diagnosis_name(*name)),
-        AnswerPart::Whole | AnswerPart::Status | AnswerPart::Contains | AnswerPart::Lacks | AnswerPart::Text => {
+        AnswerPart::Whole
+        | AnswerPart::Status
+        | AnswerPart::Contains
+        | AnswerPart::Lacks
+        | AnswerPart::Text
+        | AnswerPart::Number => {
             return None;
         }
     })

@@ -89,5 +89,6 @@ fn part_name(part: &AnswerPart, view: &NameView<'_>) -> String {
         AnswerPart::Contains => "answer.contains".into(),
         AnswerPart::Lacks => "answer.lacks".into(),
         AnswerPart::Text => "answer.text".into(),
+        AnswerPart::Number => "answer.number".into(),
     }
 }

@@ -136,6 +136,7 @@ impl Follower {
                 None
             }
             Observation::Alarm { notification, .. } => self.happened(CurrentEvent::Alarm(alarm(notification)), event),
+            Observation::PlugReady { alarm, .. } => self.happened(CurrentEvent::Ready(*alarm), event),
             Observation::Aborted { direction, status, .. } => {
                 let code = u32::from(*status);
                 self.end(abort(*direction, code), event, Ending::Aborted(*direction, code))

@@ -116,6 +116,8 @@ pub enum CurrentEvent {
     Lldp(ObservedLldp),
     /// The device said Hello by DCP.
     Hello(ObservedHello),
+    /// The device said that a plugged or released submodule is ready; the SequenceNumber of that alarm.
+    Ready(u16),
     /// The device sent its diagnosis, which is stored in the image.
     Diagnosis,
 }

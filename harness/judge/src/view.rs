@@ -151,10 +151,9 @@ impl NameView<'_> {
             CurrentEvent::Abort(_) => matches!(event, EventName::Abort | EventName::AbortCode),
             CurrentEvent::Lldp(_) => event.is_lldp(),
             CurrentEvent::Hello(_) => event.is_hello(),
+            CurrentEvent::Ready(_) => matches!(event, EventName::Ready | EventName::ReadySequence),
             CurrentEvent::Diagnosis => false,
-            CurrentEvent::Alarm(_) => {
-                !matches!(event, EventName::Abort | EventName::AbortCode) && !event.is_lldp() && !event.is_hello()
-            }
+            CurrentEvent::Alarm(_) => event.is_alarm(),
         }
     }
 
@@ -363,7 +362,13 @@ impl NameView<'_> {
             CurrentEvent::Hello(hello) => Some(hello),
             _ => None,
         };
+        let ready = match happening {
+            CurrentEvent::Ready(alarm) => Some(*alarm),
+            _ => None,
+        };
         match name {
+            EventName::Ready => Some(Value::Bit(ready.is_some())),
+            EventName::ReadySequence => ready.map(Value::whole),
             EventName::Alarm => (alarm.is_some() || self.image.stands()).then_some(Value::Bit(alarm.is_some())),
             EventName::Abort => Some(Value::Bit(matches!(happening, CurrentEvent::Abort(_)))),
             EventName::Lldp => Some(Value::Bit(lldp.is_some())),

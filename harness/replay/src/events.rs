@@ -115,10 +115,14 @@ impl<'a> Events<'a> {
             Observation::ApplicationReady { ar: id } => {
                 self.add(EventKind::ApplicationReady, format!("{} reports ApplicationReady", device(ar(id))));
             }
+            Observation::PlugReady { ar: id, alarm } => {
+                let text = format!("{} reports that the submodule of alarm {alarm} is ready", device(ar(id)));
+                self.add(EventKind::ApplicationReady, text);
+            }
             Observation::Alarm { ar: id, priority, notification } => {
                 self.add(EventKind::Alarm, alarm(ar(id), *priority, notification));
             }
-            Observation::AlarmAcknowledged { ar: id, status } if !status.is_ok() => {
+            Observation::AlarmAcknowledged { ar: id, status, .. } if !status.is_ok() => {
                 let text = format!("{} refuses an alarm: {}", who(ar(id), FrameDirection::ToDevice), words(status));
                 self.add(EventKind::AlarmRefused, text);
             }

@@ -204,6 +204,7 @@ impl StepScope<'_, '_> {
         let service = match part {
             AnswerPart::Bytes => return self.matcher(node, &Type::Bytes, None),
             AnswerPart::Status => return self.matcher(node, &Type::whole(16, false), None),
+            AnswerPart::Number => return self.matcher(node, &Type::whole(32, false), None),
             AnswerPart::Contains => return self.texts(node).map(Matcher::Contains),
             AnswerPart::Lacks => return self.texts(node).map(Matcher::Lacks),
             AnswerPart::Text => return self.matcher(node, &Type::Text, None),

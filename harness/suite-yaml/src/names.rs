@@ -320,7 +320,9 @@ impl<'m> Names<'m> {
                     help: Some("it can only be `set`".to_owned()),
                 }
             }
-            Ok(Name { kind: NameKind::Answer(part), .. }) if !matches!(part, AnswerPart::Bytes | AnswerPart::Text) => {
+            Ok(Name { kind: NameKind::Answer(part), .. })
+                if !matches!(part, AnswerPart::Bytes | AnswerPart::Text | AnswerPart::Number) =>
+            {
                 ResolvedName::Refused {
                     message: format!("`{path}` is no value"),
                     help: Some(format!("write it as a key: `expect: {{ {path}: ... }}`")),

@@ -683,6 +683,10 @@ pub enum EventName {
     HelloName,
     /// `hello.ip`.
     HelloIp,
+    /// `ready`.
+    Ready,
+    /// `ready.sequence`: the SequenceNumber of the alarm.
+    ReadySequence,
 }
 
 impl EventName {
@@ -690,6 +694,13 @@ impl EventName {
     pub fn is_lldp(self) -> bool {
         use EventName::{Lldp, LldpBytes, LldpChassis, LldpMac, LldpName, LldpPort, LldpSource, LldpTtl};
         matches!(self, Lldp | LldpName | LldpChassis | LldpPort | LldpMac | LldpSource | LldpTtl | LldpBytes)
+    }
+
+    /// Whether it is an alarm or a part of one.
+    pub fn is_alarm(self) -> bool {
+        let is_other =
+            matches!(self, EventName::Abort | EventName::AbortCode | EventName::Ready | EventName::ReadySequence);
+        !is_other && !self.is_lldp() && !self.is_hello()
     }
 
     /// Whether it is a Hello of DCP.

@@ -18,6 +18,9 @@ const OCTET_STRING: u8 = 0x04;
 pub const NULL: u8 = 0x05;
 const OBJECT_IDENTIFIER: u8 = 0x06;
 const SEQUENCE: u8 = 0x30;
+const COUNTER: u8 = 0x41;
+const GAUGE: u8 = 0x42;
+const TIME_TICKS: u8 = 0x43;
 /// Bit 7 of each byte of a number in an object identifier but its last.
 const MORE: u8 = 0x80;
 /// The arcs below the first one, if that is 0 or 1.
@@ -102,6 +105,17 @@ pub struct VarBind {
 }
 
 impl VarBind {
+    /// The value as a number: that of an INTEGER, a Counter, a Gauge or TimeTicks (RFC 2578, 7.1), as far as it is not negative and has
+    /// 32 bits.
+    pub fn number(&self) -> Option<u32> {
+        let has_number = matches!(self.tag, INTEGER | COUNTER | GAUGE | TIME_TICKS);
+        let is_negative = self.value.first().is_none_or(|first| first & 0x80 != 0);
+        let number = |octets: &[u8]| {
+            octets.iter().try_fold(0, |number, octet| u32::checked_mul(number, 0x100)?.checked_add(u32::from(*octet)))
+        };
+        Some(&self.value[..]).filter(|_| has_number && !is_negative).and_then(number)
+    }
+
     /// Appends name and value, each with the shortest length that holds it.
     pub fn put(&self, out: &mut Vec<u8>) {
         put_element(out, OBJECT_IDENTIFIER, &self.name.0);

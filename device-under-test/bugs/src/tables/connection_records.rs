@@ -41,6 +41,17 @@ const BUGS: &[Deviation] = bugs! {
         => |d| connections(&mut d.stack, |list| {
             list.iter_mut().filter(|one| one[AR_TYPE + 1] != SUPERVISOR).for_each(|one| one[AR_TYPE + 1] = 0x20);
         });
+    "connections-with-repeated-apis" "The record lists the API of a connection once for each of two submodules."
+        => |d| connections(&mut d.stack, |list| {
+            for one in list {
+                let at = apis(one);
+                if one[at + 1] == 1 {
+                    one[at + 1] = 2;
+                    // Those that follow are zeros as well.
+                    one.extend_from_within(at + 4..at + 8);
+                }
+            }
+        });
     "connections-without-cyclic-data" "The record lists connections without their cyclic data." => |d| connections(&mut d.stack, |list| {
         for one in list {
             let at = cyclic(one);
@@ -57,10 +68,15 @@ fn cyclic(connection: &[u8]) -> usize {
     (NAME + usize::from(connection[NAME_LENGTH + 1])).next_multiple_of(4) + 4
 }
 
+/// Where a connection has the number of its APIs.
+fn apis(connection: &[u8]) -> usize {
+    let at = cyclic(connection);
+    at + 4 + 12 * usize::from(connection[at + 1])
+}
+
 /// The length of a connection.
 fn length(connection: &[u8]) -> usize {
-    let at = cyclic(connection);
-    let apis = at + 4 + 12 * usize::from(connection[at + 1]);
+    let apis = apis(connection);
     apis + 4 + 4 * usize::from(connection[apis + 1]) + 4
 }
 

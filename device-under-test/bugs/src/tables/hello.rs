@@ -25,6 +25,8 @@ const BUGS: &[Deviation] = bugs! {
     "hello-for-ever" "A Hello is repeated without end." => |d| d.stack.set(StackCheck::LastHello, false);
     "hello-without-its-delay" "The first Hello does not wait for the delay." => |d| d.stack.set(StackCheck::DelayedHello, false);
     "hello-settings-lost" "The record is lost with the power." => |d| d.stack.set(StackCheck::KeepsFastStartUp, false);
+    "hello-kept-by-reset" "A reset of the communication parameters keeps the record."
+        => |d| d.stack.set(StackCheck::ResetsFastStartUp, false);
     "hello-without-name" "A Hello has no name." => |d| without(&mut d.stack, Element::NAME_OF_STATION);
     "hello-without-address" "A Hello has no address." => |d| without(&mut d.stack, Element::IP_PARAMETER);
     "hello-not-announced" "DeviceInitiative is 0 although the device says Hello." => |d| d.stack.element(|value| match value {

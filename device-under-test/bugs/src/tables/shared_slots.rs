@@ -63,6 +63,12 @@ const BUGS: &[Deviation] = bugs! {
         => |d| d.stack.set(StackCheck::PlugAwaitsParameters, false);
     "plug-parameters-ignored" "The end of the parameters of a plugged or released submodule has no effect."
         => |d| d.stack.set(StackCheck::PlugBecomesReady, false);
+    "plugged-listed-twice" "A submodule that is plugged while the device has no power is listed twice."
+        => |d| d.stack.set(StackCheck::ReplacesPlugged, false);
+    "plug-ready-not-sent" "A plugged or released submodule becomes ready without an ApplicationReady for it."
+        => |d| d.stack.plug_ready(|_| None);
+    "plug-ready-of-another-alarm" "The ApplicationReady for a plugged or released submodule has the sequence number of the next alarm."
+        => |d| d.stack.plug_ready(|alarm| alarm.map(|alarm| alarm + 1));
 };
 
 fn is_about_plugs(alarm: &AlarmNotification) -> bool {

@@ -48,6 +48,9 @@ const BUGS: &[Deviation] = bugs! {
     "snmp-description-empty" "The object sysDescr is empty." => |d| is(&mut d.stack, &[SYSTEM, &[1]], MibValue::Octets(Vec::new()));
     "snmp-object-id-zero" "The object sysObjectID is 0.0." => |d| is(&mut d.stack, &[SYSTEM, &[2]], MibValue::Name(Vec::from([0, 0])));
     "snmp-up-time-as-counter" "The object sysUpTime is a counter." => |d| is(&mut d.stack, &[SYSTEM, &[3]], MibValue::Counter(1));
+    "snmp-up-time-in-milliseconds" "The object sysUpTime counts milliseconds."
+        => |d| up_time(&mut d.stack, |ticks| ticks * 10);
+    "snmp-up-time-in-seconds" "The object sysUpTime counts seconds." => |d| up_time(&mut d.stack, |ticks| ticks / 100);
     "snmp-up-time-frozen" "The object sysUpTime does not advance." => |d| is(&mut d.stack, &[SYSTEM, &[3]], MibValue::Ticks(1));
     "snmp-services-as-gauge" "The object sysServices is a gauge." => |d| is(&mut d.stack, &[SYSTEM, &[7]], MibValue::Gauge(78));
     "snmp-texts-as-numbers" "The objects sysContact, sysName and sysLocation are numbers." => |d| [4, 5, 6].into_iter().for_each(|number| {
@@ -132,6 +135,18 @@ fn is(stack: &mut Stack, name: &[&[u32]], value: MibValue) {
     stack.snmp_objects(move |objects| {
         let found = objects.iter_mut().filter(|object: &&mut MibObject| object.name.starts_with(&name));
         found.for_each(|object| object.value = value.clone());
+    });
+}
+
+/// Changes the value of sysUpTime.
+fn up_time(stack: &mut Stack, change: fn(u32) -> u32) {
+    let name = [SYSTEM, &[3]].concat();
+    stack.snmp_objects(move |objects| {
+        for object in objects.iter_mut().filter(|object: &&mut MibObject| object.name.starts_with(&name)) {
+            if let MibValue::Ticks(ticks) = &mut object.value {
+                *ticks = change(*ticks);
+            }
+        }
     });
 }
 

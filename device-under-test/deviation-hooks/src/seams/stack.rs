@@ -80,6 +80,8 @@ hooks! { Stack: StackHooks
     diagnosis(change: &mut DiagnosisChange) -> bool;
     /// Changes each alarm; with `false` it is not sent.
     alarm(alarm: &mut AlarmNotification) -> bool;
+    /// Changes the sequence number in each ApplicationReady for a plugged or released submodule; with `None` it is not sent.
+    plug_ready() -> Option<u16>;
     /// Is called when a connection begins or ends.
     connection(event: ArEvent);
     /// Changes the reason of the ERR-RTA for a released connection.

@@ -130,6 +130,10 @@ pub enum StackCheck<'a> {
     LastHello,
     /// Record 0x8090 is kept over a loss of power.
     KeepsFastStartUp,
+    /// A reset of the communication parameters clears record 0x8090.
+    ResetsFastStartUp,
+    /// A submodule that is plugged replaces the one that is listed at its address.
+    ReplacesPlugged,
     /// A record of a port has the right block.
     PortBlock,
     /// A record of a port names the port that it is written to.
@@ -296,6 +300,11 @@ pub trait StackHooks {
     /// Changes an alarm. `false` suppresses it.
     fn alarm(&mut self, alarm: &mut AlarmNotification, is_sent: bool) -> bool {
         is_sent
+    }
+
+    /// Changes the sequence number of the alarm in an ApplicationReady for a plugged or released submodule; with `None` there is none.
+    fn plug_ready(&mut self, alarm: Option<u16>) -> Option<u16> {
+        alarm
     }
 
     /// A connection begins or ends.

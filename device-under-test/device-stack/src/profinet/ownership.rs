@@ -91,7 +91,7 @@ impl Stack {
                 self.plugged.pull((&plug).into());
                 (real.unwrap_or(plug), AlarmType::PULL)
             }
-            PlugChange::Plugged(plug) => match self.plugged.plug(plug) {
+            PlugChange::Plugged(plug) => match self.plugged.plug(plug, &self.hooks) {
                 (plug, true) => (plug, AlarmType::PLUG),
                 (plug, false) => (plug, AlarmType::PLUG_WRONG),
             },
@@ -153,9 +153,11 @@ impl Stack {
             if ar.call.is_some() || ar.ready_plugs.is_empty() {
                 continue;
             }
-            let sequence = ar.ready_plugs.remove(0);
-            let order = self.hooks.byte_order(ByteOrder::Big);
-            ar.call = Some(application_ready(env.now, self.retained.mac, ar, Some(sequence), order));
+            let alarm = self.hooks.apply(Some(ar.ready_plugs.remove(0)), |hooks, alarm| hooks.plug_ready(alarm));
+            if alarm.is_some() {
+                let order = self.hooks.byte_order(ByteOrder::Big);
+                ar.call = Some(application_ready(env.now, self.retained.mac, ar, alarm, order));
+            }
         }
     }
 }

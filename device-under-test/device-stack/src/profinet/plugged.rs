@@ -1,6 +1,6 @@
 //! The plugged submodules, and their comparison with the expected configuration of a Connect.
 
-use super::hooks::AttachedStackHooks;
+use super::hooks::{AttachedStackHooks, StackCheck};
 use crate::profinet::{IoIdentity, PluggableSubmodule, RecordAccess};
 use alloc::vec::Vec;
 use wire::profinet::blocks::connect::{ExpectedModule, SubmoduleProperties, SubmoduleType};
@@ -203,13 +203,15 @@ impl PluggedConfiguration {
     }
 
     /// A submodule of the application was plugged in an empty subslot. Returns it as it is plugged, and whether it is one
-    /// that belongs there.
-    pub(super) fn plug(&mut self, plug: PluggableSubmodule) -> (PluggableSubmodule, bool) {
+    /// that belongs there. One that is listed at this place already is replaced.
+    pub(super) fn plug(&mut self, plug: PluggableSubmodule, hooks: &AttachedStackHooks) -> (PluggableSubmodule, bool) {
         let place = SubmoduleAddress::from(&plug);
         let known = self.offered.iter().position(|offered| *offered == plug).and_then(|at| self.possible.get(at));
         let right = known.copied().filter(|known| SubmoduleAddress::from(known) == place);
         let plug = right.unwrap_or(plug);
-        self.pull(place);
+        if hooks.check(StackCheck::ReplacesPlugged, true) {
+            self.pull(place);
+        }
         self.real.push(plug);
         if right.is_some() {
             self.pulled.retain(|pulled| *pulled != place);

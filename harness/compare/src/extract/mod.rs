@@ -395,6 +395,7 @@ impl<'m> ConversationState<'m> {
             CurrentEvent::Abort(_)
             | CurrentEvent::Lldp(_)
             | CurrentEvent::Hello(_)
+            | CurrentEvent::Ready(_)
             | CurrentEvent::Diagnosis
             | CurrentEvent::Nothing => return,
         };

@@ -78,7 +78,8 @@ impl DescribedDevice {
         let mut text = String::new();
         for case in cases.filter(|case| verdicts.contains(&case.verdict)) {
             let reason = case.reason.as_deref().unwrap_or_default();
-            let _ = writeln!(text, "{} --vary {}: {} {} {reason}", self.dut, names.join(" --vary "), case.verdict, case.id);
+            let _ =
+                writeln!(text, "{} --vary {}: {} {} {reason}", self.dut, names.join(" --vary "), case.verdict, case.id);
         }
         text
     }

@@ -412,6 +412,24 @@ fn an_unacknowledged_alarm_is_reported() {
     assert_eq!((finding.frame, finding.blame), (alarm as u64, CaptureBlame::Controller));
 }
 
+/// The frame ID of low alarms is 0xFE01 and that of high ones 0xFC01 (IEC 61158-6-10).
+#[test]
+fn an_alarm_of_two_priorities_is_reported() {
+    let mut line = started();
+    let alarm = line.alarm(0);
+    let frame = &mut line.frames.last_mut().expect("the alarm").1;
+    let at = frame.windows(2).position(|id| id == [0xFE, 0x01]).expect("its frame ID");
+    frame[at] = 0xFC;
+    line.exchange(10);
+    let finding = only(&line, "PN-ALARM-PRIORITY", alarm);
+    assert_eq!((finding.severity, finding.blame), (FindingSeverity::Warning, CaptureBlame::Device));
+    assert!(
+        finding.text.contains("sends 1 alarm with the frame ID of high and the block of low priority"),
+        "{}",
+        finding.text
+    );
+}
+
 fn dcp(line: &mut ConnectionFrames, source: Mac, destination: Mac, pdu: &Dcp) -> usize {
     let mut frame = Vec::new();
     pdu.write_frame(destination, source, &mut frame);

@@ -61,6 +61,7 @@ fn word(ars: &[ObservedAr], observation: &Observation<'_>) -> String {
         Observation::RecordRequested { .. } => "record requested".into(),
         Observation::ParameterEnd { .. } => "parameter end".into(),
         Observation::ApplicationReady { .. } => "ready".into(),
+        Observation::PlugReady { .. } => "plug ready".into(),
         Observation::Alarm { notification, .. } => format!("alarm {}", notification.specifier.sequence_number()),
         Observation::AlarmAcknowledged { .. } => "alarm acknowledged".into(),
         Observation::Aborted { direction, status, .. } => format!("aborted {direction:?} {:08x}", u32::from(*status)),

@@ -26,7 +26,7 @@ use wire::octets::ByteOrder;
 use wire::profinet::dcp::{BlockError, Dcp, DcpValue, ServiceId, ServiceType};
 use wire::profinet::rpc::{NdrResponse, ObjectUuid, Opnum, PacketType, Uuid};
 use wire::profinet::status::AbortReason;
-use wire::snmp::SnmpMessage;
+use wire::snmp::{SnmpMessage, VarBind};
 
 /// How long the answer to an Identify by name or alias may take.
 const NAME_WAIT: Duration = Duration::from_secs(1);
@@ -200,6 +200,8 @@ impl<'a> RunningTrial<'a> {
             }
             ControllerOutcome::Snmp(Ok(response)) => {
                 replies.push((AnswerPart::Bytes, octets(of_response(response))));
+                let number = response.bindings.last().and_then(VarBind::number).map(Value::whole);
+                replies.extend(number.map(|number| (AnswerPart::Number, ReceivedReply::Value(number))));
                 ReceivedReply::Accepted
             }
             ControllerOutcome::Ping(Ok(reply)) => {

@@ -51,7 +51,8 @@ impl Tracker {
                 let is_new = self.is_new(index, direction, priority, &pdu.header, received);
                 sink(&self.ars, rta(!is_new));
                 if is_new {
-                    sink(&self.ars, Observation::AlarmAcknowledged { ar, status: acknowledgement.status });
+                    let (priorities, status) = ((priority, acknowledgement.priority), acknowledgement.status);
+                    sink(&self.ars, Observation::AlarmAcknowledged { ar, priorities, status });
                 }
             }
             RtaBody::Error { status, .. } => {

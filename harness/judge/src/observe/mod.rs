@@ -168,11 +168,15 @@ pub enum Observation<'a> {
     ParameterEnd { ar: ArId },
     /// The device sent ApplicationReady.
     ApplicationReady { ar: ArId },
-    /// An alarm; repetitions are not reported.
+    /// The device sent ApplicationReady for a submodule that was plugged or released; `alarm` is the SequenceNumber of that alarm.
+    PlugReady { ar: ArId, alarm: u16 },
+    /// An alarm, with the priority of its frame ID; repetitions are not reported.
     Alarm { ar: ArId, priority: AlarmPriority, notification: &'a AlarmNotification },
     /// An alarm was acknowledged by the application of the receiver.
     AlarmAcknowledged {
         ar: ArId,
+        /// The priority of the frame ID, and that of the block.
+        priorities: (AlarmPriority, AlarmPriority),
         /// The answer.
         status: PnioStatus,
     },
@@ -235,6 +239,7 @@ impl Observation<'_> {
             | Observation::ParameterEnd { ar }
             | Observation::RecordRequested { ar, .. }
             | Observation::ApplicationReady { ar }
+            | Observation::PlugReady { ar, .. }
             | Observation::Alarm { ar, .. }
             | Observation::AlarmAcknowledged { ar, .. }
             | Observation::Aborted { ar, .. }

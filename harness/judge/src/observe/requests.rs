@@ -174,6 +174,11 @@ impl Tracker {
                 sink(&self.ars, Observation::ApplicationReady { ar: id });
                 Ok(CallService::Ready(known))
             }
+            (_, BlockType::PLUG_APPLICATION_READY_REQ) => {
+                let alarm = block.alarm_sequence_number;
+                sink(&self.ars, Observation::PlugReady { ar: id, alarm });
+                Ok(CallService::Control(known))
+            }
             _ => Ok(CallService::Control(known)),
         }
     }

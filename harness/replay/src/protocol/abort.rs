@@ -110,6 +110,7 @@ impl Aborts {
             Observation::Connected { ar } => (*ar, "it was accepted".to_owned()),
             Observation::ParameterEnd { ar } => (*ar, "the parameters ended".to_owned()),
             Observation::ApplicationReady { ar } => (*ar, "the device said that it is ready".to_owned()),
+            Observation::PlugReady { ar, .. } => (*ar, "the device said that a plugged submodule is ready".to_owned()),
             _ => return,
         };
         if self.events.len() < MOST || self.events.contains_key(&ar) {

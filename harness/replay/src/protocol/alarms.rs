@@ -2,7 +2,7 @@
 
 use super::advice::{advised, of_alarm, of_channel, of_refusal};
 use super::coverage::{CaptureCoverage, CapturePosition, FindingList, SettledFrames};
-use super::table::{ALARM_DIAGNOSIS, ALARM_REFUSED, ALARM_UNACKNOWLEDGED};
+use super::table::{ALARM_DIAGNOSIS, ALARM_PRIORITY, ALARM_REFUSED, ALARM_UNACKNOWLEDGED};
 use super::text::{of, sender, span, status, times};
 use crate::finding::{CaptureBlame, FindingSeverity};
 use judge::observe::{ArId, CallPart, FrameDirection, Observation, ObservedAr, Traffic};
@@ -67,6 +67,9 @@ pub(super) struct AlarmCheck {
     answers: Option<Mac>,
     read: BTreeMap<DiagnosisAddress, ReadDiagnosis>,
     unacknowledged: BTreeMap<(ArId, bool), (u64, u64, u64, u32)>,
+    /// Alarms and acknowledgements of two priorities: by connection, whether they go to the device, and the priority of the frame ID their
+    /// number and the first one.
+    mixed: BTreeMap<(ArId, bool, AlarmPriority), (u64, u64)>,
 }
 
 impl AlarmCheck {
@@ -106,7 +109,10 @@ impl AlarmCheck {
                     }
                 }
             }
-            Observation::Alarm { ar, notification, .. } => self.alarm(now, *ar, notification),
+            Observation::Alarm { ar, priority, notification } => {
+                self.compare(now, (*ar, false, *priority), notification.priority);
+                self.alarm(now, *ar, notification);
+            }
             Observation::Traffic(Traffic::Call { part: CallPart::Answered, source, .. }) => {
                 self.answers = Some(*source)
             }
@@ -115,7 +121,8 @@ impl AlarmCheck {
             {
                 self.record(now, *ar, *index, data, findings);
             }
-            Observation::AlarmAcknowledged { ar: id, status: code } => {
+            Observation::AlarmAcknowledged { ar: id, priorities: (priority, of_block), status: code } => {
+                self.compare(now, (*id, true, *priority), *of_block);
                 for priority in [AlarmPriority::Low, AlarmPriority::High] {
                     if let Some(sent) = self.sent.get_mut(&(*id, priority, false)) {
                         sent.answered = true;
@@ -150,6 +157,13 @@ impl AlarmCheck {
         if !sent.acknowledged && sent.again > 0 && self.unacknowledged.len() < MOST {
             let of = self.unacknowledged.entry((ar, to_device)).or_insert((0, sent.first.frame, 0, 0));
             (of.0, of.2, of.3) = (of.0 + 1, sent.first.frame, of.3.max(sent.again));
+        }
+    }
+
+    /// Notes a frame whose block has another priority than its frame ID.
+    fn compare(&mut self, now: CapturePosition, of: (ArId, bool, AlarmPriority), of_block: AlarmPriority) {
+        if of.2 != of_block && self.mixed.len() < MOST {
+            self.mixed.entry(of).or_insert((0, now.frame)).0 += 1;
         }
     }
 
@@ -225,6 +239,23 @@ impl AlarmCheck {
                 );
                 findings.add(finding.ar(key.0));
             }
+        }
+        for ((id, to_device, priority), (count, first)) in self.mixed {
+            let Some(ar) = of(ars, id) else { continue };
+            let (frame, block, blame) = match (priority, to_device) {
+                (AlarmPriority::High, true) => ("high", "low", CaptureBlame::Controller),
+                (AlarmPriority::High, false) => ("high", "low", CaptureBlame::Device),
+                // A connection may have low alarms only, and what its blocks then say is not printed.
+                (AlarmPriority::Low, _) => ("low", "high", CaptureBlame::Undecided),
+            };
+            let direction = if to_device { FrameDirection::ToDevice } else { FrameDirection::ToController };
+            let what = if to_device { "acknowledgement" } else { "alarm" };
+            let text = format!(
+                "{} sends {count} {what}{} with the frame ID of {frame} and the block of {block} priority",
+                sender(ar, direction),
+                if count == 1 { "" } else { "s" }
+            );
+            findings.add(ALARM_PRIORITY.finding(FindingSeverity::Warning, blame, first, text).ar(id));
         }
         for ((id, to_device), (count, first, last, again)) in self.unacknowledged {
             let Some(ar) = of(ars, id) else { continue };

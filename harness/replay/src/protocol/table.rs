@@ -118,6 +118,9 @@ checks! {
     ALARM_REFUSED "PN-ALARM-REFUSED" "A controller refused an alarm."
         "The alarm names a module or a type that the controller did not configure."
         "Compare slot and type of the alarm with the configuration.";
+    ALARM_PRIORITY "PN-ALARM-PRIORITY" "An alarm has one priority in its frame ID and the other one in its block."
+        "The stack of the sender builds the frame from two settings that differ."
+        "Report it to the maker of the sender; a receiver that compares both drops such an alarm.";
     NAME_DUPLICATE "PN-NAME-DUPLICATE" "Two stations have the same name."
         "Two devices were given the same name, often a spare part that was prepared with the name of the first."
         "Disconnect one of the two and give it another name.";

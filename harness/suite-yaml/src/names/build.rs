@@ -70,7 +70,7 @@ impl Names<'_> {
                 "power" | "link" | "device" | "shaft" | "fault" | "button" | "switch" | "supply" | "led" | "counter",
                 _,
             ) => self.stand(head, rest),
-            ("alarm" | "abort" | "lldp" | "hello", _) => self.event(head, rest),
+            ("alarm" | "abort" | "lldp" | "hello" | "ready", _) => self.event(head, rest),
             ("answer", rest) => self.answer(rest),
             ("page", Some(rest)) => Some(self.page(rest)),
             ("bench", Some(rest)) => bench(rest),
@@ -385,6 +385,8 @@ impl Names<'_> {
             ("hello", None) => event(EventName::Hello, Type::Bit),
             ("hello", Some("name")) => event(EventName::HelloName, Type::Text),
             ("hello", Some("ip")) => event(EventName::HelloIp, Type::Address),
+            ("ready", None) => event(EventName::Ready, Type::Bit),
+            ("ready", Some("sequence")) => event(EventName::ReadySequence, Type::whole(16, false)),
             ("lldp", Some("source")) => event(EventName::LldpSource, Type::Bytes),
             _ => None,
         }
@@ -404,6 +406,7 @@ impl Names<'_> {
             Some("contains") => AnswerPart::Contains,
             Some("lacks") => AnswerPart::Lacks,
             Some("text") => AnswerPart::Text,
+            Some("number") if device.profinet().is_some() => AnswerPart::Number,
             Some(rest) => {
                 if let Some(record) = device.records.iter().position(|record| record.name == rest) {
                     AnswerPart::Record(record)
@@ -421,6 +424,7 @@ impl Names<'_> {
         let ty = match part {
             AnswerPart::Bytes => Type::Bytes,
             AnswerPart::Status => Type::whole(16, false),
+            AnswerPart::Number => Type::whole(32, false),
             AnswerPart::Contains | AnswerPart::Lacks | AnswerPart::Text => Type::Text,
             _ => Type::Bit,
         };

@@ -7,7 +7,7 @@ use suite::device::{BenchName, DiagnosisName, NameKind, StationName};
 use suite::words;
 
 /// Names of PROFINET by their first part, where all that begin so are.
-const HEADS_OF_PROFINET: [&str; 5] = ["alarm", "abort", "lldp", "hello", "page"];
+const HEADS_OF_PROFINET: [&str; 6] = ["alarm", "abort", "lldp", "hello", "ready", "page"];
 /// The same below `io`.
 const IO_OF_PROFINET: [&str; 7] = [
     "output_status",
@@ -23,8 +23,8 @@ const STATION_OF_PROFINET: [&str; 8] = ["name", "ip", "mask", "gateway", "vendor
 /// The same below `bench`.
 const BENCH_OF_PROFINET: [&str; 3] = ["ip", "mask", "free_ip"];
 /// The same below `answer`.
-const ANSWER_OF_PROFINET: [&str; 8] =
-    ["connect", "parameter_end", "application_ready", "module_diff", "status", "contains", "lacks", "text"];
+const ANSWER_OF_PROFINET: [&str; 9] =
+    ["connect", "parameter_end", "application_ready", "module_diff", "status", "contains", "lacks", "text", "number"];
 /// Names of PROFIBUS below `io`.
 const IO_OF_PROFIBUS: [&str; 3] = ["global_control", "clock_offset", "diagnosis_pending"];
 

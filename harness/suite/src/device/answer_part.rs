@@ -38,4 +38,6 @@ pub enum AnswerPart {
     Lacks,
     /// The visible text of a web page.
     Text,
+    /// The number in the last object of an SNMP answer.
+    Number,
 }

@@ -192,7 +192,8 @@ impl Stack {
             | ResetScope::FactoryImage => self.retained.texts = ImTexts::default(),
             ResetScope::Communication | ResetScope::Engineering | ResetScope::Other(_) => {}
         }
-        if !matches!(scope, ResetScope::ApplicationData | ResetScope::Engineering | ResetScope::Other(_)) {
+        let is_kept = matches!(scope, ResetScope::ApplicationData | ResetScope::Engineering | ResetScope::Other(_));
+        if self.hooks.check(StackCheck::ResetsFastStartUp, !is_kept) {
             self.retained.fast_start_up = FastStartUp::default();
         }
         *has_reset = true;

@@ -113,8 +113,8 @@ fn a_submodule_with_other_idents_is_recognized_when_it_is_plugged() {
     plugged.pull(place);
     assert_eq!(plugged.at(place), None);
     let as_plugged = PluggableSubmodule { submodule_ident: plug.submodule_ident + 0x1000, ..plug };
-    assert_eq!(plugged.plug(plug), (as_plugged, true));
+    assert_eq!(plugged.plug(plug, &hooks), (as_plugged, true));
     assert_eq!(plugged.at(place), Some(&as_plugged));
     let wrong = PluggableSubmodule { submodule_ident: 0x7777, ..plug };
-    assert_eq!(plugged.plug(wrong), (wrong, false));
+    assert_eq!(plugged.plug(wrong, &hooks), (wrong, false));
 }

@@ -61,6 +61,7 @@ impl<'a> Timelines<'a> {
             }
             Observation::ParameterEnd { .. } => recorder.phase(at, "waiting for the application"),
             Observation::ApplicationReady { .. } => recorder.phase(at, "data exchange"),
+            Observation::PlugReady { .. } => recorder.mark(at, "plugged submodule ready".to_owned()),
             Observation::Alarm { notification, .. } => {
                 let kind = notification.alarm_type;
                 let word = kind.word().map_or_else(|| format!("0x{:04X}", kind.0), str::to_owned);
