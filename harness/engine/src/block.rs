@@ -1,11 +1,11 @@
 //! Rules over a block of steps: `observe` with its rules, counts and sequences.
 
-use expression::{HistoryState, NameId, NameValues, Value, equal};
+use expression::{HistoryState, NameId, NameValues, Program, Value, equal};
 use judge::condition;
 use judge::rule::RuleWatch;
 use judge::view::NameView;
-use judge::wire_position::{WirePosition, is_input, place_of};
-use judge::{JudgeTick, TickKind, Truth};
+use judge::wire_position::{WirePosition, place_of};
+use judge::{JudgeTick, Truth};
 use results::outcome::JudgedPart;
 use station::{Duration, Time};
 use suite::Location;
@@ -32,15 +32,25 @@ struct ConditionCount {
     known: u64,
     /// Number of frames and events at which it was unknown, so that it may have been true.
     unknown: u64,
-    /// The last one at which it was true.
-    last: Option<JudgeTick>,
+    /// The first and the last one at which it was true.
+    first: Option<BreakingPlace>,
+    last: Option<BreakingPlace>,
+}
+
+/// A frame or event that may break an observation, and the byte and bit in its frame that show it.
+type BreakingPlace = (JudgeTick, Option<WirePosition>);
+
+/// What the names of a sequence were from a frame or event on.
+struct ObservedEntry {
+    at: BreakingPlace,
+    values: Vec<Value>,
 }
 
 /// The result of a sequence.
 #[derive(Default)]
 struct ObservedSequence {
     /// The known values; equal consecutive ones count once.
-    values: Vec<(JudgeTick, Vec<Value>)>,
+    values: Vec<ObservedEntry>,
     /// How many of them came before the values became unknown for the first time.
     gap: Option<usize>,
 }
@@ -156,7 +166,7 @@ impl ObservationWatch<'_> {
             ObservationWatch::Count { of: BlockObservation::Count { condition, .. }, state, counted } => {
                 let truth = condition.truth(view, state);
                 state.advance(condition, view);
-                counted.add(truth, view.tick);
+                counted.add(truth, || here(condition.names(), view));
                 return truth == Some(true) && condition.names().any(|name| view.is_happening(name));
             }
             ObservationWatch::Sequence { of: BlockObservation::Sequence { names, .. }, states, passed } => {
@@ -165,7 +175,7 @@ impl ObservationWatch<'_> {
                 for (program, state) in names.iter().zip(states) {
                     state.advance(program, view);
                 }
-                passed.add(now, view);
+                passed.add(now, names, view);
             }
             ObservationWatch::Count { .. } | ObservationWatch::Sequence { .. } => {}
         }
@@ -198,7 +208,9 @@ impl ObservationWatch<'_> {
                 })
             }
             ObservationWatch::Count { of: BlockObservation::Count { text, at, condition, is }, counted, .. } => {
-                let right = counted.judge(|count| condition::matches(is, &Value::whole(count), view));
+                let is_right = |count| condition::matches(is, &Value::whole(count), view);
+                let right = counted.judge(is_right);
+                let broken = counted.breaking(is_right);
                 let what = match right {
                     Truth::True => return None,
                     Truth::False => "The number is wrong.".into(),
@@ -218,13 +230,13 @@ impl ObservationWatch<'_> {
                         observed: counted.held.to_string(),
                         held: false,
                     }],
-                    tick: counted.last,
-                    place: counted.last.and_then(|tick| place_at(tick, condition.names(), view)),
+                    tick: broken.map(|(tick, _)| tick),
+                    place: broken.and_then(|(_, place)| place),
                     undecided: right == Truth::Unknown,
                 })
             }
             ObservationWatch::Sequence { of: BlockObservation::Sequence { text, at, names, is }, passed, .. } => {
-                let observed: Vec<&[Value]> = passed.values.iter().map(|(_, values)| &values[..]).collect();
+                let observed: Vec<&[Value]> = passed.values.iter().map(|entry| &entry.values[..]).collect();
                 let known = passed.gap.unwrap_or(observed.len());
                 let open = passed.gap.is_some() || observed.is_empty();
                 let order =
@@ -236,7 +248,7 @@ impl ObservationWatch<'_> {
                     None if !open => return None,
                     None => (format!("The order is uncertain: after {known} entries the values were unknown."), known),
                 };
-                let tick = passed.values.get(wrong).or(passed.values.last()).map(|(tick, _)| *tick);
+                let broken = passed.values.get(wrong).or(passed.values.last()).map(|entry| entry.at);
                 Some(BrokenObservation {
                     text: text.clone(),
                     at: at.clone(),
@@ -248,8 +260,8 @@ impl ObservationWatch<'_> {
                         observed: observed.iter().map(|values| show(values)).collect::<Vec<_>>().join(" "),
                         held: false,
                     }],
-                    tick,
-                    place: tick.and_then(|tick| place_at(tick, names.iter().flat_map(|name| name.names()), view)),
+                    tick: broken.map(|(tick, _)| tick),
+                    place: broken.and_then(|(_, place)| place),
                 })
             }
             ObservationWatch::Rule { .. } | ObservationWatch::Count { .. } | ObservationWatch::Sequence { .. } => None,
@@ -257,24 +269,29 @@ impl ObservationWatch<'_> {
     }
 }
 
-/// The position of the first name that the frame at an earlier tick contains: inputs are at the same offset in each frame.
-fn place_at(tick: JudgeTick, names: impl Iterator<Item = NameId>, view: &NameView<'_>) -> Option<WirePosition> {
-    let is_sample = matches!(tick.kind, TickKind::Sample | TickKind::BadSample);
-    let mut inputs = names.filter(|name| is_sample && is_input(*name, view));
-    let (_, octet, bit) = inputs.find_map(|name| place_of(name, view))?;
-    Some((tick.frame, octet, bit))
+/// This frame or event, and the position of the first of these names that its frame contains.
+fn here(names: impl Iterator<Item = NameId>, view: &NameView<'_>) -> BreakingPlace {
+    let mut places = names.filter_map(|name| place_of(name, view));
+    (view.tick, places.find(|(frame, ..)| *frame == view.tick.frame))
 }
 
 impl ConditionCount {
-    fn add(&mut self, truth: Option<bool>, tick: JudgeTick) {
+    fn add(&mut self, truth: Option<bool>, here: impl FnOnce() -> BreakingPlace) {
         match truth {
-            Some(held) => {
-                self.known += 1;
-                self.held += u64::from(held);
-                self.last = if held { Some(tick) } else { self.last };
+            Some(true) => {
+                (self.known, self.held) = (self.known + 1, self.held + 1);
+                self.last = Some(here());
+                self.first = self.first.or(self.last);
             }
+            Some(false) => self.known += 1,
             None => self.unknown += 1,
         }
+    }
+
+    /// Where there were too many: at the first one if there may be none, else at the last one. No frame shows what is missing.
+    fn breaking(&self, is_right: impl Fn(u64) -> Truth) -> Option<BreakingPlace> {
+        let allowed = (0..self.held).rev().find(|count| is_right(*count) == Truth::True)?;
+        if allowed == 0 { self.first } else { self.last }
     }
 
     /// Whether the number is right, with any value of the condition where it was unknown.
@@ -289,24 +306,33 @@ impl ConditionCount {
 }
 
 impl ObservedSequence {
-    fn add(&mut self, now: Vec<Value>, view: &NameView<'_>) {
+    fn add(&mut self, now: Vec<Value>, names: &[Program], view: &NameView<'_>) {
         if now.iter().any(Value::is_unknown) {
             if !self.values.is_empty() {
                 self.gap.get_or_insert(self.values.len());
             }
-        } else if self.values.last().is_none_or(|(_, last)| !same(last, &now, view.position_noise())) {
-            self.values.push((view.tick, now));
+            return;
         }
+        let (last, noise) = (self.values.last().map(|entry| &entry.values[..]), view.position_noise());
+        if last.is_some_and(|last| same(last, &now, noise)) {
+            return;
+        }
+        let has_changed =
+            |at: &usize| last.and_then(|last| last.get(*at)).is_none_or(|last| !is_same(last, &now[*at], noise));
+        let changed = (0..names.len()).filter(has_changed).flat_map(|at| names[at].names());
+        self.values.push(ObservedEntry { at: here(changed, view), values: now });
     }
 }
 
 /// Whether values are equal by the rules of `==`; the noise applies to positions only.
 fn same(observed: &[Value], expected: &[Value], noise: u32) -> bool {
-    let equal = |(observed, expected): (&Value, &Value)| {
-        let noise = if matches!((observed, expected), (Value::Place(_), _) | (_, Value::Place(_))) { noise } else { 0 };
-        equal(observed, expected, None, noise) == Some(true)
-    };
-    observed.len() == expected.len() && observed.iter().zip(expected).all(equal)
+    observed.len() == expected.len()
+        && observed.iter().zip(expected).all(|(observed, expected)| is_same(observed, expected, noise))
+}
+
+fn is_same(observed: &Value, expected: &Value, noise: u32) -> bool {
+    let noise = if matches!((observed, expected), (Value::Place(_), _) | (_, Value::Place(_))) { noise } else { 0 };
+    equal(observed, expected, None, noise) == Some(true)
 }
 
 /// The expected sequence and the observed values.

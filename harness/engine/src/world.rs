@@ -82,6 +82,8 @@ pub struct TrialWorld<'a> {
     pub judges: TrialJudges<'a>,
     /// The events since the last action.
     pub events: Vec<ConnectionEvent>,
+    /// The index of the one that satisfied the last expectation that waited for an event.
+    pub expected_event: Option<usize>,
     /// The last observation on the trial's connection.
     pub last: Option<JudgeTick>,
     /// The last sample of the trial's connection.
@@ -174,6 +176,7 @@ impl<'a> TrialWorld<'a> {
             scene,
             judges: TrialJudges { rules: RuleSet::new(&variant.rules, watchdog), blocks: Vec::new(), expecting: None },
             events: Vec::new(),
+            expected_event: None,
             last: None,
             last_sample: None,
             samples: 0,
@@ -440,6 +443,9 @@ impl<'a> TrialWorld<'a> {
         let expected = self.judges.expecting.as_mut();
         let used = expected.is_some_and(|expecting| expecting.tick(&view) && expecting.uses_events());
         if happens {
+            if used {
+                self.expected_event = Some(self.events.len());
+            }
             self.events.push(ConnectionEvent { tick, image: self.scene.follower.image.clone(), used, counted });
         }
         self.scene.end_of(tick);
@@ -547,6 +553,7 @@ impl<'a> TrialWorld<'a> {
     /// Begins an action: events before it do not count for the expectations after it; alarms that no step expected are kept as
     /// unexpected.
     pub fn act(&mut self) {
+        self.expected_event = None;
         for event in self.events.drain(..) {
             let alarm = matches!(event.image.happening, CurrentEvent::Alarm(_));
             if alarm && !event.used && !event.counted {
@@ -569,7 +576,7 @@ pub fn happening(happening: &CurrentEvent) -> String {
         }
         CurrentEvent::Lldp(_) => "an LLDP announcement".into(),
         CurrentEvent::Hello(_) => "a Hello".into(),
-        CurrentEvent::Ready(_) => "an ApplicationReady of a plugged submodule".into(),
+        CurrentEvent::Ready(_) => "an ApplicationReady of a plugged or released submodule".into(),
         CurrentEvent::Diagnosis => "a diagnosis".into(),
     }
 }

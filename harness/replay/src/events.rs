@@ -122,7 +122,7 @@ impl<'a> Events<'a> {
             Observation::Alarm { ar: id, priority, notification } => {
                 self.add(EventKind::Alarm, alarm(ar(id), *priority, notification));
             }
-            Observation::AlarmAcknowledged { ar: id, status, .. } if !status.is_ok() => {
+            Observation::AlarmAcknowledged { ar: id, status } if !status.is_ok() => {
                 let text = format!("{} refuses an alarm: {}", who(ar(id), FrameDirection::ToDevice), words(status));
                 self.add(EventKind::AlarmRefused, text);
             }

@@ -312,6 +312,20 @@ mod tests {
         assert_eq!(message.to_vec(), GET);
     }
 
+    /// RFC 2578, 7.1: a Counter32, a Gauge32 and TimeTicks have up to 32 bits without sign, so up to five bytes; an INTEGER has a sign.
+    #[rstest]
+    #[case::time_ticks(0x43, &[0x0B, 0xB8], Some(3000))]
+    #[case::of_five_bytes(0x41, &[0, 0xFF, 0xFF, 0xFF, 0xFF], Some(u32::MAX))]
+    #[case::integer(0x02, &[0x7F], Some(127))]
+    #[case::negative(0x02, &[0xFF], None)]
+    #[case::too_long(0x42, &[1, 0, 0, 0, 0], None)]
+    #[case::empty(0x43, &[], None)]
+    #[case::a_text(0x04, &[1], None)]
+    fn numbers_of_objects(#[case] tag: u8, #[case] value: &[u8], #[case] number: Option<u32>) {
+        let binding = VarBind { name: ObjectIdentifier::default(), tag, value: value.to_vec() };
+        assert_eq!(binding.number(), number);
+    }
+
     /// Lengths may be longer than needed (X.690, 8.1.3.5, note 2); a writer uses the shortest.
     #[test]
     fn long_lengths_are_read() {

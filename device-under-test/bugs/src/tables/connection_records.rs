@@ -47,7 +47,7 @@ const BUGS: &[Deviation] = bugs! {
                 let at = apis(one);
                 if one[at + 1] == 1 {
                     one[at + 1] = 2;
-                    // Those that follow are zeros as well.
+                    // What follows the list are zeros, as API 0 is.
                     one.extend_from_within(at + 4..at + 8);
                 }
             }

@@ -165,6 +165,7 @@ impl<'a> RunningTrial<'a> {
         });
         if let Some(index) = found {
             self.world.events[index].used = true;
+            self.world.expected_event = Some(index);
         }
         found.is_some()
     }

@@ -325,9 +325,10 @@ impl<'a> RunningTrial<'a> {
             && !self.world.stations.is_connected(0)
     }
 
-    /// The value at the last event that satisfied an expectation since the last action.
-    fn at_last_event(&self, program: &expression::Program) -> Value {
-        let Some(event) = self.world.events.iter().rfind(|event| event.used) else { return Value::Unknown };
+    /// The value at the event that satisfied the last expectation since the last action.
+    fn at_expected_event(&self, program: &expression::Program) -> Value {
+        let expected = self.world.expected_event.and_then(|at| self.world.events.get(at));
+        let Some(event) = expected.filter(|event| event.used) else { return Value::Unknown };
         let view = judge::view::NameView { image: &event.image, tick: event.tick, ..self.world.view() };
         program.eval(&view, &HistoryState::default())
     }
@@ -335,8 +336,8 @@ impl<'a> RunningTrial<'a> {
     fn save(&mut self, values: &'a [(NameId, expression::Program)]) -> StepResult {
         for (name, program) in values {
             let mut value = program.eval(&self.world.view(), &HistoryState::default());
-            if value.is_unknown() {
-                value = self.at_last_event(program);
+            if value.is_unknown() && program.names().any(|name| matches!(self.kind(name), Some(NameKind::Event(_)))) {
+                value = self.at_expected_event(program);
             }
             if value.is_unknown() {
                 let what = format!("{} is unknown, so it cannot be saved.", program.text());

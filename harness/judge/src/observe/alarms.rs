@@ -22,12 +22,12 @@ impl Tracker {
         };
         let priority = AlarmPriority::from_frame_id(frame_id).unwrap_or(AlarmPriority::Low);
         let block = match &pdu.body {
-            RtaBody::Notification(alarm) if alarm.priority != priority => Some(alarm.priority.notification_block()),
-            RtaBody::Acknowledgement(of) if of.priority != priority => Some(of.priority.ack_block()),
-            _ => None,
+            RtaBody::Notification(alarm) => Some((alarm.priority, alarm.priority.notification_block())),
+            RtaBody::Acknowledgement(of) => Some((of.priority, of.priority.ack_block())),
+            RtaBody::Error { .. } | RtaBody::Octets(_) => None,
         };
         // A watch and a capture show what the alarm says all the same.
-        if let Some(block) = block.filter(|_| !self.is_recorded) {
+        if let Some((_, block)) = block.filter(|(of_block, _)| *of_block != priority && !self.is_recorded) {
             let expected = "a block of the same priority as the frame ID";
             let (layer, field, observed) = ("RTA-PDU", "BlockType", block.0.into());
             let error = WireError::Value { layer, offset: HEAD, field, expected, observed };
@@ -37,7 +37,17 @@ impl Tracker {
         let ar = ArId(index);
         let rta = |again| {
             let RtaHeader { kind, send_seq_num: sequence, ack_seq_num: acknowledges, .. } = pdu.header;
-            Observation::Traffic(Traffic::Rta { ar, direction, priority, kind, sequence, acknowledges, again })
+            let of_block = block.map(|(of_block, _)| of_block);
+            Observation::Traffic(Traffic::Rta {
+                ar,
+                direction,
+                priority,
+                of_block,
+                kind,
+                sequence,
+                acknowledges,
+                again,
+            })
         };
         match &pdu.body {
             RtaBody::Notification(notification) => {
@@ -51,8 +61,7 @@ impl Tracker {
                 let is_new = self.is_new(index, direction, priority, &pdu.header, received);
                 sink(&self.ars, rta(!is_new));
                 if is_new {
-                    let (priorities, status) = ((priority, acknowledgement.priority), acknowledgement.status);
-                    sink(&self.ars, Observation::AlarmAcknowledged { ar, priorities, status });
+                    sink(&self.ars, Observation::AlarmAcknowledged { ar, status: acknowledgement.status });
                 }
             }
             RtaBody::Error { status, .. } => {

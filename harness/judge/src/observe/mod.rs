@@ -175,8 +175,6 @@ pub enum Observation<'a> {
     /// An alarm was acknowledged by the application of the receiver.
     AlarmAcknowledged {
         ar: ArId,
-        /// The priority of the frame ID, and that of the block.
-        priorities: (AlarmPriority, AlarmPriority),
         /// The answer.
         status: PnioStatus,
     },

@@ -26,7 +26,10 @@ pub enum Traffic<'a> {
     Rta {
         ar: ArId,
         direction: FrameDirection,
+        /// The priority of the frame ID.
         priority: AlarmPriority,
+        /// The priority of the block; `None` if there is none.
+        of_block: Option<AlarmPriority>,
         kind: RtaKind,
         /// SendSeqNum.
         sequence: u16,

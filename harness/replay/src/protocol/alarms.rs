@@ -67,9 +67,9 @@ pub(super) struct AlarmCheck {
     answers: Option<Mac>,
     read: BTreeMap<DiagnosisAddress, ReadDiagnosis>,
     unacknowledged: BTreeMap<(ArId, bool), (u64, u64, u64, u32)>,
-    /// Alarms and acknowledgements of two priorities: by connection, whether they go to the device, and the priority of the frame ID their
-    /// number and the first one.
-    mixed: BTreeMap<(ArId, bool, AlarmPriority), (u64, u64)>,
+    /// The number of alarms and acknowledgements of two priorities, and the first and the last of them. The key is the connection, whether
+    /// they go to the device, and the priority of the frame ID.
+    mixed: BTreeMap<(ArId, bool, AlarmPriority), (u64, u64, u64)>,
 }
 
 impl AlarmCheck {
@@ -81,8 +81,21 @@ impl AlarmCheck {
         findings: &mut FindingList,
     ) {
         match observation {
-            Observation::Traffic(Traffic::Rta { ar, direction, priority, kind, sequence, acknowledges, again }) => {
+            Observation::Traffic(Traffic::Rta {
+                ar,
+                direction,
+                priority,
+                of_block,
+                kind,
+                sequence,
+                acknowledges,
+                again,
+            }) => {
                 let to_device = *direction == FrameDirection::ToDevice;
+                if !again && of_block.is_some_and(|of_block| of_block != *priority) && self.mixed.len() < MOST {
+                    let mixed = self.mixed.entry((*ar, to_device, *priority)).or_insert((0, now.frame, 0));
+                    (mixed.0, mixed.2) = (mixed.0 + 1, now.frame);
+                }
                 if *kind == RtaKind::DATA || *kind == RtaKind::ACK {
                     // Any frame on the channel carries the sequence number that its sender has received last.
                     if let Some(sent) = self.sent.get_mut(&(*ar, *priority, !to_device)) {
@@ -109,10 +122,7 @@ impl AlarmCheck {
                     }
                 }
             }
-            Observation::Alarm { ar, priority, notification } => {
-                self.compare(now, (*ar, false, *priority), notification.priority);
-                self.alarm(now, *ar, notification);
-            }
+            Observation::Alarm { ar, notification, .. } => self.alarm(now, *ar, notification),
             Observation::Traffic(Traffic::Call { part: CallPart::Answered, source, .. }) => {
                 self.answers = Some(*source)
             }
@@ -121,8 +131,7 @@ impl AlarmCheck {
             {
                 self.record(now, *ar, *index, data, findings);
             }
-            Observation::AlarmAcknowledged { ar: id, priorities: (priority, of_block), status: code } => {
-                self.compare(now, (*id, true, *priority), *of_block);
+            Observation::AlarmAcknowledged { ar: id, status: code } => {
                 for priority in [AlarmPriority::Low, AlarmPriority::High] {
                     if let Some(sent) = self.sent.get_mut(&(*id, priority, false)) {
                         sent.answered = true;
@@ -157,13 +166,6 @@ impl AlarmCheck {
         if !sent.acknowledged && sent.again > 0 && self.unacknowledged.len() < MOST {
             let of = self.unacknowledged.entry((ar, to_device)).or_insert((0, sent.first.frame, 0, 0));
             (of.0, of.2, of.3) = (of.0 + 1, sent.first.frame, of.3.max(sent.again));
-        }
-    }
-
-    /// Notes a frame whose block has another priority than its frame ID.
-    fn compare(&mut self, now: CapturePosition, of: (ArId, bool, AlarmPriority), of_block: AlarmPriority) {
-        if of.2 != of_block && self.mixed.len() < MOST {
-            self.mixed.entry(of).or_insert((0, now.frame)).0 += 1;
         }
     }
 
@@ -240,9 +242,13 @@ impl AlarmCheck {
                 findings.add(finding.ar(key.0));
             }
         }
-        for ((id, to_device, priority), (count, first)) in self.mixed {
+        for ((id, to_device, priority), (count, first, _)) in &self.mixed {
+            let (id, to_device, first) = (*id, *to_device, *first);
             let Some(ar) = of(ars, id) else { continue };
+            // Who acknowledges may copy the priorities of the alarm.
+            let is_answer = self.mixed.contains_key(&(id, !to_device, *priority));
             let (frame, block, blame) = match (priority, to_device) {
+                (AlarmPriority::High, true) if is_answer => ("high", "low", CaptureBlame::Undecided),
                 (AlarmPriority::High, true) => ("high", "low", CaptureBlame::Controller),
                 (AlarmPriority::High, false) => ("high", "low", CaptureBlame::Device),
                 // A connection may have low alarms only, and what its blocks then say is not printed.
@@ -253,7 +259,7 @@ impl AlarmCheck {
             let text = format!(
                 "{} sends {count} {what}{} with the frame ID of {frame} and the block of {block} priority",
                 sender(ar, direction),
-                if count == 1 { "" } else { "s" }
+                if *count == 1 { "" } else { "s" }
             );
             findings.add(ALARM_PRIORITY.finding(FindingSeverity::Warning, blame, first, text).ar(id));
         }
@@ -353,6 +359,7 @@ impl AlarmCheck {
         self.faults
             .retain(|key, (.., gone, _)| settled.keeps(key.0) && gone.is_none_or(|gone| gone > settled.reported));
         self.read.retain(|_, read| read.last > settled.reported);
+        self.mixed.retain(|key, (.., last)| settled.keeps(key.0) && *last > settled.reported);
         self.unacknowledged.retain(|key, (_, _, last, _)| settled.keeps(key.0) && *last > settled.reported);
         let is_forgotten = |ar: Option<ArId>| ar.is_some_and(|ar| !settled.keeps(ar));
         self.read.values_mut().filter(|read| is_forgotten(read.ar)).for_each(|read| read.ar = None);

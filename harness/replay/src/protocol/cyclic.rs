@@ -205,25 +205,18 @@ impl CyclicFlows {
             of.map(|(_, gaps)| gaps).take(MOST_COMPARED)
         };
         let others: Vec<&GapList> = own_or_other(false).collect();
-        let is_of_station = own_or_other(true).any(|other| flow.gaps.meets(other));
+        let of_station: Vec<&GapList> = own_or_other(true).collect();
         let report = GapReport {
             who: &sender(ar, direction),
             frames: stream.frames,
             more: &format!(", cycle {}", span(stream.cycle)),
             others: "streams",
-            alone: if is_of_station {
-                (
-                    "only other streams of this station have gaps then: it paused, or its frames were lost on the way",
-                    CaptureBlame::Undecided,
-                )
-            } else {
-                (
-                    "no other stream has a gap then, so the frames were lost on the network or by a mirror port",
-                    CaptureBlame::Network,
-                )
-            },
+            alone: (
+                "no other stream has a gap then, so the frames were lost on the network or by a mirror port",
+                CaptureBlame::Network,
+            ),
         };
-        for finding in flow.gaps.findings(others.iter().copied(), &report) {
+        for finding in flow.gaps.findings(others.iter().copied(), of_station.iter().copied(), &report) {
             findings.add(finding.ar(id));
         }
     }

@@ -1,6 +1,8 @@
 //! Gaps in cyclic frames, and which of them coincide with gaps of other senders.
 
+use super::advice::advised;
 use super::coverage::CapturePosition;
+use super::cyclic::PAUSED;
 use super::table::{CAPTURE_GAP, CYCLE_LOST};
 use super::text::span;
 use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};
@@ -51,6 +53,8 @@ struct SplitGaps {
     by_capture: GapList,
     /// How many of these coincide with gaps of others.
     coinciding: usize,
+    /// Those that only other streams of the same station have.
+    of_station: GapList,
     /// Those that no other stream has.
     alone: GapList,
 }
@@ -100,11 +104,6 @@ impl GapList {
         !self.gaps.is_empty() || !self.forgotten.is_empty()
     }
 
-    /// Whether a gap coincides with one of `other`.
-    pub fn meets(&self, other: &GapList) -> bool {
-        self.gaps.iter().any(|gap| other.gaps.iter().chain(&other.forgotten).any(|other| gap.meets(other)))
-    }
-
     fn longest(&self) -> Option<&FrameGap> {
         self.gaps.iter().max_by_key(|gap| gap.length())
     }
@@ -119,13 +118,15 @@ impl GapList {
         self.count
     }
 
-    /// Reports these gaps; those that coincide with a gap of `others` are gaps of the capture.
+    /// Reports these gaps; those that coincide with a gap of `others` are gaps of the capture. `own` are the gaps of the other streams of
+    /// this station.
     pub fn findings<'g>(
         &self,
         others: impl Iterator<Item = &'g GapList> + Clone,
+        own: impl Iterator<Item = &'g GapList> + Clone,
         report: &GapReport<'_>,
     ) -> impl Iterator<Item = CaptureFinding> {
-        let SplitGaps { by_capture, coinciding, alone } = self.split(others);
+        let SplitGaps { by_capture, coinciding, of_station, alone } = self.split(others, own);
         let sent = report.frames + self.missing;
         let of_capture = by_capture.longest().map(|longest| {
             let text = format!(
@@ -140,27 +141,42 @@ impl GapList {
             let text = format!("{}; {whether}", alone.text(longest, sent, report));
             CYCLE_LOST.finding(alone.severity(), blame, longest.to.frame, text)
         });
-        of_capture.into_iter().chain(of_stream)
+        let of_sender = of_station.longest().map(|longest| {
+            let text = format!(
+                "{}; only other streams of this station have gaps then: it paused, or its frames were lost on the way",
+                of_station.text(longest, sent, report)
+            );
+            let finding = CYCLE_LOST.finding(of_station.severity(), CaptureBlame::Undecided, longest.to.frame, text);
+            advised(finding, PAUSED)
+        });
+        of_capture.into_iter().chain(of_sender).chain(of_stream)
     }
 
     /// Separates the gaps that coincide with a gap of `others` from those that do not. If most do, all were lost by the capture: a
     /// recorder that does not keep up also loses single frames. Gaps that are not remembered count as the others.
-    fn split<'g>(&self, others: impl Iterator<Item = &'g GapList> + Clone) -> SplitGaps {
+    fn split<'g>(
+        &self,
+        others: impl Iterator<Item = &'g GapList> + Clone,
+        own: impl Iterator<Item = &'g GapList> + Clone,
+    ) -> SplitGaps {
+        let (shared, rest) = self.partition(others);
+        let coinciding = shared.gaps.len();
+        if coinciding * 2 > self.gaps.len() {
+            let none = GapList::default;
+            return SplitGaps { by_capture: self.clone(), coinciding, of_station: none(), alone: none() };
+        }
+        let (of_station, alone) = rest.partition(own);
+        SplitGaps { by_capture: shared, coinciding, of_station, alone }
+    }
+
+    /// The gaps that coincide with one of `others`, and the rest, to which those that are not remembered belong.
+    fn partition<'g>(&self, others: impl Iterator<Item = &'g GapList> + Clone) -> (GapList, GapList) {
         let known = |of: &'g GapList| of.gaps.iter().chain(&of.forgotten);
         let is_shared = |gap: &&FrameGap| others.clone().flat_map(known).any(|other| gap.meets(other));
-        let (shared, alone): (Vec<FrameGap>, Vec<FrameGap>) = self.gaps.iter().partition(is_shared);
-        let coinciding = shared.len();
-        match coinciding {
-            0 => SplitGaps { by_capture: GapList::default(), coinciding, alone: self.clone() },
-            _ if coinciding * 2 > self.gaps.len() => {
-                SplitGaps { by_capture: self.clone(), coinciding, alone: GapList::default() }
-            }
-            _ => {
-                let by_capture = GapList::from(shared);
-                let (count, missing) = (self.count - by_capture.count, self.missing - by_capture.missing);
-                SplitGaps { by_capture, coinciding, alone: GapList { count, missing, ..alone.into() } }
-            }
-        }
+        let (shared, rest): (Vec<FrameGap>, Vec<FrameGap>) = self.gaps.iter().partition(is_shared);
+        let shared = GapList::from(shared);
+        let (count, missing) = (self.count - shared.count, self.missing - shared.missing);
+        (shared, GapList { count, missing, ..rest.into() })
     }
 
     /// What is missing of the frames that were sent.
@@ -200,17 +216,26 @@ mod tests {
         one.forget(20);
         other.forget(20);
         assert!(one.is_empty() && one.is_comparable() && !other.is_empty());
-        let split = other.split([&one].into_iter());
+        let split = other.split([&one].into_iter(), [].into_iter());
         assert_eq!((split.by_capture.count(), split.coinciding, split.alone.count()), (1, 1, 0));
         one.forget(30);
         assert!(!one.is_comparable());
-        assert_eq!(other.split([&one].into_iter()).alone.count(), 1);
+        assert_eq!(other.split([&one].into_iter(), [].into_iter()).alone.count(), 1);
+    }
+
+    /// A gap of the capture, one of all streams of the station, and two of this stream.
+    #[test]
+    fn each_gap_is_compared_for_itself() {
+        let (other, own) = (of(&[gap(10, 20)]), of(&[gap(10, 20), gap(30, 40)]));
+        let split =
+            of(&[gap(10, 20), gap(30, 40), gap(50, 60), gap(70, 80)]).split([&other].into_iter(), [&own].into_iter());
+        assert_eq!((split.by_capture.count(), split.of_station.count(), split.alone.count()), (1, 1, 2));
     }
 
     #[test]
     fn gaps_that_are_not_remembered_count_as_those_of_one_stream() {
         let many: Vec<FrameGap> = (0..2 * MOST_GAPS as u64).map(|at| gap(at * 10, at * 10 + 2)).collect();
-        let split = of(&many).split([&of(&[gap(0, 3)])].into_iter());
+        let split = of(&many).split([&of(&[gap(0, 3)])].into_iter(), [].into_iter());
         assert_eq!((split.by_capture.count(), split.by_capture.missing), (1, 3));
         assert_eq!((split.alone.count(), split.alone.missing), (511, 3 * 511));
     }

@@ -168,7 +168,9 @@ impl PolledSlaves {
                 }
             }
             PollPart::Again => {
-                (slave.has_lost_answer, slave.calls_for_diagnosis) = (false, true);
+                if slave.master.is_none_or(|of| of == master) {
+                    (slave.has_lost_answer, slave.calls_for_diagnosis) = (false, true);
+                }
                 polls.again += 1;
                 if polls.first_again == 0 {
                     polls.first_again = now.frame;

@@ -430,7 +430,7 @@ impl NameScope for Constants<'_> {
 }
 
 /// First parts of the names that every device has; nothing else can have them.
-pub const RESERVED: [&str; 27] = [
+pub const RESERVED: [&str; 28] = [
     "io",
     "connection",
     "diag",
@@ -450,6 +450,7 @@ pub const RESERVED: [&str; 27] = [
     "abort",
     "lldp",
     "hello",
+    "ready",
     "answer",
     "page",
     "bench",

@@ -271,7 +271,7 @@ fn texts(_: &mut Definitions) -> Value {
 }
 
 /// Fields and built-in names have no bits of their own: after them no list can stand.
-const WITHOUT_BITS: &str = "^(?!P[0-9]|diag\\.(errors|bytes)$|answer|role\\.|io\\.(inputs|outputs)|cfg\\.bytes$|lldp\\.(chassis|mac|source|bytes)$|station\\.mac$)([A-Za-z_][A-Za-z0-9_-]*\\.|(power|link|device|connection|alarm|abort|lldp|elapsed)$)";
+const WITHOUT_BITS: &str = "^(?!P[0-9]|diag\\.(errors|bytes)$|answer|role\\.|io\\.(inputs|outputs)|cfg\\.bytes$|lldp\\.(chassis|mac|source|bytes)$|station\\.mac$)([A-Za-z_][A-Za-z0-9_-]*\\.|(power|link|device|connection|alarm|abort|lldp|hello|ready|elapsed)$)";
 /// A last answer or a part of it that is no value.
 const LAST_ANSWER: &str = "^answer$|^answer\\.(?!bytes$|status$|contains$|lacks$|text$|number$|module_diff)";
 

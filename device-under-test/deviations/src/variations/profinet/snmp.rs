@@ -11,6 +11,7 @@ use wire::snmp::{PORT, SnmpMessage, SnmpPduKind};
 
 const MIB_2: &[u32] = &[1, 3, 6, 1, 2, 1];
 const OBJECT_ID: &[u32] = &[1, 3, 6, 1, 2, 1, 1, 2, 0];
+const UP_TIME: &[u32] = &[1, 3, 6, 1, 2, 1, 1, 3, 0];
 const CONTACT: &[u32] = &[1, 3, 6, 1, 2, 1, 1, 4, 0];
 const NAME: &[u32] = &[1, 3, 6, 1, 2, 1, 1, 5, 0];
 const LOCATION: &[u32] = &[1, 3, 6, 1, 2, 1, 1, 6, 0];
@@ -37,6 +38,13 @@ pub static GROUPS: &[Group] = &[Group {
         "snmp-name-of-its-own" "The objects sysContact, sysName and sysLocation have texts of their own; sysName is not the name of the station."
             "RFC 1213, 6.1: these texts are assigned by an administrator"
             => |d| texts(&mut d.stack);
+        "snmp-up-time-by-the-second" "The object sysUpTime is updated once a second."
+            "RFC 1155, 3.2.3.5 gives the unit of TimeTicks; how often sysUpTime is updated is said nowhere"
+            => |d| d.stack.snmp_objects(|objects| objects.iter_mut().for_each(|object| {
+                if let (UP_TIME, MibValue::Ticks(ticks)) = (&object.name[..], &mut object.value) {
+                    *ticks -= *ticks % 100;
+                }
+            }));
         "snmp-object-of-the-vendor" "The object sysObjectID is in the subtree of the manufacturer."
             "RFC 1213, 6.1: sysObjectID is a name that the vendor assigned"
             => |d| d.stack.snmp_objects(|objects| set(objects, OBJECT_ID, &MibValue::Name([MAKER, &[1, 17]].concat())));

@@ -184,7 +184,7 @@ fn lost(
         others: "senders",
         alone: ("they were lost on the network or by a mirror port, or not sent", CaptureBlame::Undecided),
     };
-    own.findings(others, &report).for_each(|finding| findings.add(finding));
+    own.findings(others, [].into_iter(), &report).for_each(|finding| findings.add(finding));
 }
 
 /// The finding of a stream that paused for longer than the longest watchdog. Who fell silent and what lost frames look alike.
