@@ -38,7 +38,7 @@ struct ConditionCount {
 }
 
 /// A frame or event that may break an observation, and the byte and bit in its frame that show it.
-type BreakingPlace = (JudgeTick, Option<WirePosition>);
+pub type BreakingPlace = (JudgeTick, Option<WirePosition>);
 
 /// What the names of a sequence were from a frame or event on.
 struct ObservedEntry {
@@ -66,10 +66,8 @@ pub struct BrokenObservation {
     pub what: String,
     /// Expected and observed values.
     pub parts: Vec<JudgedPart>,
-    /// The frame or event that broke it.
-    pub tick: Option<JudgeTick>,
-    /// The byte and bit in that frame, if it shows them.
-    pub place: Option<WirePosition>,
+    /// Where it was broken.
+    pub place: Option<BreakingPlace>,
     /// Whether it was never decided, so it says nothing about the device.
     pub undecided: bool,
 }
@@ -191,8 +189,7 @@ impl ObservationWatch<'_> {
                         at: at.clone(),
                         what: format!("The rule over the block was broken: {}.", violation.how),
                         parts: violation.parts.clone(),
-                        tick: Some(violation.tick),
-                        place: violation.place,
+                        place: Some((violation.tick, violation.place)),
                         undecided: false,
                     });
                 }
@@ -202,7 +199,6 @@ impl ObservationWatch<'_> {
                     at: at.clone(),
                     what: format!("The rule was never decided ({} frames and events checked).", decided.checked),
                     parts: Vec::new(),
-                    tick: None,
                     place: None,
                     undecided: true,
                 })
@@ -210,7 +206,6 @@ impl ObservationWatch<'_> {
             ObservationWatch::Count { of: BlockObservation::Count { text, at, condition, is }, counted, .. } => {
                 let is_right = |count| condition::matches(is, &Value::whole(count), view);
                 let right = counted.judge(is_right);
-                let broken = counted.breaking(is_right);
                 let what = match right {
                     Truth::True => return None,
                     Truth::False => "The number is wrong.".into(),
@@ -230,8 +225,7 @@ impl ObservationWatch<'_> {
                         observed: counted.held.to_string(),
                         held: false,
                     }],
-                    tick: broken.map(|(tick, _)| tick),
-                    place: broken.and_then(|(_, place)| place),
+                    place: counted.breaking(is_right),
                     undecided: right == Truth::Unknown,
                 })
             }
@@ -248,7 +242,6 @@ impl ObservationWatch<'_> {
                     None if !open => return None,
                     None => (format!("The order is uncertain: after {known} entries the values were unknown."), known),
                 };
-                let broken = passed.values.get(wrong).or(passed.values.last()).map(|entry| entry.at);
                 Some(BrokenObservation {
                     text: text.clone(),
                     at: at.clone(),
@@ -260,8 +253,7 @@ impl ObservationWatch<'_> {
                         observed: observed.iter().map(|values| show(values)).collect::<Vec<_>>().join(" "),
                         held: false,
                     }],
-                    tick: broken.map(|(tick, _)| tick),
-                    place: broken.and_then(|(_, place)| place),
+                    place: passed.values.get(wrong).or(passed.values.last()).map(|entry| entry.at),
                 })
             }
             ObservationWatch::Rule { .. } | ObservationWatch::Count { .. } | ObservationWatch::Sequence { .. } => None,
@@ -313,14 +305,13 @@ impl ObservedSequence {
             }
             return;
         }
-        let (last, noise) = (self.values.last().map(|entry| &entry.values[..]), view.position_noise());
-        if last.is_some_and(|last| same(last, &now, noise)) {
-            return;
+        let (last, noise) = (self.values.last().map(|entry| &entry.values), view.position_noise());
+        let has_changed = |at: &usize| last.is_none_or(|last| !is_same(&last[*at], &now[*at], noise));
+        let mut changed = (0..names.len()).filter(has_changed).peekable();
+        if changed.peek().is_some() {
+            let at = here(changed.flat_map(|at| names[at].names()), view);
+            self.values.push(ObservedEntry { at, values: now });
         }
-        let has_changed =
-            |at: &usize| last.and_then(|last| last.get(*at)).is_none_or(|last| !is_same(last, &now[*at], noise));
-        let changed = (0..names.len()).filter(has_changed).flat_map(|at| names[at].names());
-        self.values.push(ObservedEntry { at: here(changed, view), values: now });
     }
 }
 

@@ -131,22 +131,24 @@ fn lacks(stack: &mut Stack, group: &'static [u32]) {
 
 /// Changes the values of the objects below a name.
 fn is(stack: &mut Stack, name: &[&[u32]], value: MibValue) {
-    let name = name.concat();
-    stack.snmp_objects(move |objects| {
-        let found = objects.iter_mut().filter(|object: &&mut MibObject| object.name.starts_with(&name));
-        found.for_each(|object| object.value = value.clone());
-    });
+    change(stack, name, move |old| *old = value.clone());
 }
 
 /// Changes the value of sysUpTime.
-fn up_time(stack: &mut Stack, change: fn(u32) -> u32) {
-    let name = [SYSTEM, &[3]].concat();
-    stack.snmp_objects(move |objects| {
-        for object in objects.iter_mut().filter(|object: &&mut MibObject| object.name.starts_with(&name)) {
-            if let MibValue::Ticks(ticks) = &mut object.value {
-                *ticks = change(*ticks);
-            }
+fn up_time(stack: &mut Stack, of: fn(u32) -> u32) {
+    change(stack, &[SYSTEM, &[3]], move |value| {
+        if let MibValue::Ticks(ticks) = value {
+            *ticks = of(*ticks);
         }
+    });
+}
+
+/// Changes the values of the objects whose names begin so.
+fn change(stack: &mut Stack, name: &[&[u32]], mut change: impl FnMut(&mut MibValue) + 'static) {
+    let name = name.concat();
+    stack.snmp_objects(move |objects| {
+        let found = objects.iter_mut().filter(|object: &&mut MibObject| object.name.starts_with(&name));
+        found.for_each(|object| change(&mut object.value));
     });
 }
 

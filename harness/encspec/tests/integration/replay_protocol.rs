@@ -238,23 +238,29 @@ fn a_gap_of_the_capture_does_not_make_another_gap_worse() {
     assert!(all[2].text.starts_with("1 of "), "{}", all[2].text);
 }
 
-/// A connection, and beside it a station whose Connect is not in the capture.
-#[test]
-fn gaps_of_a_connection_and_of_a_stream_without_a_connect_are_compared() {
+/// A connection, and beside it a stream without a Connect, whose frames begin with these addresses. Frames of it and of one side of the
+/// connection are missing at the same time.
+fn beside_a_stream(by_device: bool, addresses: &[u8]) -> Vec<CaptureFinding> {
     let mut line = started();
     for cycle in 0..80u16 {
-        line.cyclic(false, &[]);
+        line.cyclic(!by_device, &[]);
         if (40..42).contains(&cycle) {
-            line.counter[1] = line.counter[1].wrapping_add(64);
+            let counter = &mut line.counter[usize::from(by_device)];
+            *counter = counter.wrapping_add(64);
         } else {
-            line.cyclic(true, &[]);
-            let mut other = handmade::cyclic(true, cycle.wrapping_mul(64), &[]);
-            other[..12].copy_from_slice(&[2, 0, 0, 0, 0xAA, 1, 2, 0, 0, 0, 0xAA, 2]);
+            line.cyclic(by_device, &[]);
+            let mut other = handmade::cyclic(by_device, cycle.wrapping_mul(64), &[]);
+            other[..addresses.len()].copy_from_slice(addresses);
             line.push(other);
         }
         line.pass(CYCLE);
     }
-    let all = findings(&line);
+    findings(&line)
+}
+
+#[test]
+fn gaps_of_a_connection_and_of_a_stream_without_a_connect_are_compared() {
+    let all = beside_a_stream(true, &[2, 0, 0, 0, 0xAA, 1, 2, 0, 0, 0, 0xAA, 2]);
     let is_of_capture = |finding: &CaptureFinding| finding.id == "PN-CAPTURE-GAP";
     assert!(all.len() == 2 && all.iter().all(is_of_capture), "{all:#?}");
 }
@@ -262,20 +268,7 @@ fn gaps_of_a_connection_and_of_a_stream_without_a_connect_are_compared() {
 /// A controller pauses toward two devices; what they send goes on.
 #[test]
 fn a_controller_that_pauses_is_no_gap_of_the_capture() {
-    let mut line = started();
-    for cycle in 0..80u16 {
-        line.cyclic(true, &[]);
-        if (40..42).contains(&cycle) {
-            line.counter[0] = line.counter[0].wrapping_add(64);
-        } else {
-            line.cyclic(false, &[]);
-            let mut other = handmade::cyclic(false, cycle.wrapping_mul(64), &[]);
-            other[..6].copy_from_slice(&[2, 0, 0, 0, 0xAA, 1]);
-            line.push(other);
-        }
-        line.pass(CYCLE);
-    }
-    let all = findings(&line);
+    let all = beside_a_stream(false, &[2, 0, 0, 0, 0xAA, 1]);
     let found: Vec<_> = all.iter().map(|finding| (finding.id.as_str(), finding.blame)).collect();
     assert_eq!(found, [("PN-CYCLE-LOST", CaptureBlame::Undecided); 2], "{all:#?}");
     assert!(all[0].text.contains("only other streams of this station have gaps then"), "{}", all[0].text);

@@ -213,8 +213,8 @@ impl<'a> RunningTrial<'a> {
                     StepError::device(what, first.parts)
                 };
                 trouble.step = Some((first.text, first.at));
-                trouble.frame = first.tick.map(|tick| tick.frame);
-                trouble.place = first.place;
+                trouble.frame = first.place.map(|(tick, _)| tick.frame);
+                trouble.place = first.place.and_then(|(_, place)| place);
                 return Err((trouble, step));
             }
         }

@@ -10,6 +10,12 @@ use wire::profinet::status::{AbortReason as Abort, CmrpcError, ErrorSource, Pnio
 /// Cause and next step, each one sentence or two.
 pub(super) type Advice = (&'static str, &'static str);
 
+/// What a pause means in which a station sent nothing.
+pub(super) const PAUSED: Option<Advice> = Some((
+    "Its stack stalled: its processor was busy, a virtual machine was stopped, or its send cycle was blocked.",
+    "Look what the station did at this time: load, a download, a snapshot of its virtual machine.",
+));
+
 /// A finding with the advice for its code, if there is any.
 pub(super) fn advised(finding: CaptureFinding, advice: Option<Advice>) -> CaptureFinding {
     match advice {

@@ -1,7 +1,7 @@
 //! Cyclic frames: those missing on the wire or in the capture, sides that fell silent, and cycle counters that count wrongly.
 
 use super::accepted::AcceptedFrames;
-use super::advice::{Advice, advised};
+use super::advice::{PAUSED, advised};
 use super::coverage::{CaptureCoverage, CapturePosition, FindingList, SettledFrames};
 use super::gaps::{FrameGap, GapList, GapReport, OFTEN};
 use super::table::{CAPTURE_GAP, CYCLE_COUNTER, CYCLE_SILENT, ONE_SIDED};
@@ -22,11 +22,6 @@ const ENOUGH: u64 = 10;
 
 /// The unit of the cycle counter in nanoseconds.
 const COUNTER_UNIT_NS: u64 = 31_250;
-/// What a counter that continues by one step means.
-pub(super) const PAUSED: Option<Advice> = Some((
-    "Its stack stalled: its processor was busy, a virtual machine was stopped, or its send cycle was blocked.",
-    "Look what the station did at this time: load, a download, a snapshot of its virtual machine.",
-));
 
 /// The frames of one direction of one connection.
 #[derive(Clone, Debug, Default)]

@@ -1,8 +1,7 @@
 //! Gaps in cyclic frames, and which of them coincide with gaps of other senders.
 
-use super::advice::advised;
+use super::advice::{PAUSED, advised};
 use super::coverage::CapturePosition;
-use super::cyclic::PAUSED;
 use super::table::{CAPTURE_GAP, CYCLE_LOST};
 use super::text::span;
 use crate::finding::{CaptureBlame, CaptureFinding, FindingSeverity};

@@ -1,8 +1,7 @@
 //! The findings on streams without a Connect, and what of them was judged.
 
-use super::super::advice::advised;
+use super::super::advice::{PAUSED, advised};
 use super::super::coverage::{CaptureCoverage, FindingList};
-use super::super::cyclic::PAUSED;
 use super::super::gaps::{GapList, GapReport, OFTEN};
 use super::super::status::READ_DIAGNOSIS;
 use super::super::table::{
